@@ -335,6 +335,12 @@ class Map:
         for batches in self._inner.refinement_steps:
             yield self.render(receivers, batches=batches, **options)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For other processes: the path of a map that was loaded. A temporary map has none: save it, and load it there."""
+        if self._inner.path is None:
+            raise TypeError("a map in a temporary file cannot be pickled: save it, and load it from there")
+        return Map.load, (os.path.abspath(self._inner.path),)
+
     @property
     def report(self) -> dict[str, Any] | None:
         """What `sonel-trace --json` prints: counts, fates, energy ledger, effects. None for a map that was loaded."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from os import PathLike
+from pathlib import Path
 from typing import Any
 
 class Error(Exception):
@@ -51,6 +52,8 @@ class Map:
         progress: _Progress = None,
         **keywords: Any,
     ) -> Response: ...
+    @property
+    def path(self) -> Path | None: ...
     @property
     def refinement_steps(self) -> list[int]: ...
     @property

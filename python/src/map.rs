@@ -108,6 +108,12 @@ impl Map {
         })
     }
 
+    /// The file that it was loaded from.
+    #[getter]
+    fn path(&self) -> Option<PathBuf> {
+        self.path.clone()
+    }
+
     #[getter]
     fn refinement_steps(&self) -> Vec<u32> {
         self.map.refinement_steps()

@@ -16,6 +16,7 @@ use sonel_echogram::{LATERAL_KEYS, ReceiverDirectivity, Response as Echograms};
 
 use crate::convert::object;
 use crate::error;
+use crate::work::on_all_cores;
 
 /// Echograms of every source at every receiver.
 #[pyclass(frozen, module = "sonel._sonel")]
@@ -202,7 +203,8 @@ impl Response {
 
     /// What `sonel-analyze parameters --format json` prints.
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let json = py.detach(|| sonel_analysis::report::json(self.response.parameters().rows()));
+        let read = || sonel_analysis::report::json(self.response.parameters().rows());
+        let json = on_all_cores(py, read)?;
         object(py, &json)
     }
 
@@ -215,7 +217,7 @@ impl Response {
         head: Option<Vec<u8>>,
         seed: Option<u64>,
     ) -> PyResult<Array> {
-        py.detach(|| self.sound(order, head.as_deref(), seed)).map_err(error)
+        on_all_cores(py, || self.sound(order, head.as_deref(), seed))?.map_err(error)
     }
 
     /// Volume of a closed room, the direction up, and the seed; nothing where the response was loaded.

@@ -10,7 +10,7 @@ use sonel::{Document, Observer, PolygonMesh, Silent};
 
 use crate::convert::{object, refused, value};
 use crate::error;
-use crate::work::{Followers, work};
+use crate::work::{Followers, on_all_cores, work};
 
 /// A scene that was read and is valid.
 #[pyclass(frozen, module = "sonel._sonel")]
@@ -69,13 +69,13 @@ impl Scene {
     #[staticmethod]
     fn check_file(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
         let check = || sonel::check_file(&path, &Silent).map(|(checkup, _)| report(&checkup));
-        object(py, &py.detach(check).map_err(error)?)
+        object(py, &on_all_cores(py, check)?.map_err(error)?)
     }
 
     /// The report of `sonel-trace check --json`.
     fn check<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let check = || self.scene.check().map(|checkup| report(&checkup));
-        object(py, &py.detach(check).map_err(error)?)
+        object(py, &on_all_cores(py, check)?.map_err(error)?)
     }
 
     /// The text of the scene file.

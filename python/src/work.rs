@@ -6,11 +6,12 @@
 use std::ops::ControlFlow;
 use std::panic::resume_unwind;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
 use pyo3::prelude::*;
-use rayon::ThreadPoolBuilder;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use sonel::{Clock, Observer, Severity};
 use sonel_console::Stopwatch;
 
@@ -45,14 +46,13 @@ pub fn work<T: Send + 'static>(
     job: impl FnOnce(&dyn Observer) -> sonel::Result<T> + Send + 'static,
 ) -> PyResult<T> {
     let (sender, mut news) = channel();
-    let pool = threads.map(|threads| ThreadPoolBuilder::new().num_threads(threads).build()).transpose();
-    let pool = pool.map_err(error)?;
+    let pool = match threads {
+        Some(threads) => Arc::new(ThreadPoolBuilder::new().num_threads(threads).build().map_err(error)?),
+        None => pool()?,
+    };
     let worker = thread::Builder::new().name("sonel".to_owned()).spawn(move || {
         let reporter = Reporter { sender: &sender, watch: Stopwatch::start() };
-        let result = match pool {
-            Some(pool) => pool.install(|| job(&reporter)),
-            None => job(&reporter),
-        };
+        let result = pool.install(|| job(&reporter));
         // Whoever was interrupted does not want it any more.
         let _ = sender.send(WorkMessage::Done(result));
     })?;
@@ -79,6 +79,31 @@ pub fn work<T: Send + 'static>(
             },
         }
         py.check_signals()?;
+    }
+}
+
+/// Runs a `job` that says nothing and cannot be interrupted, on all cores.
+///
+/// # Errors
+/// When the threads cannot be started.
+pub fn on_all_cores<T: Send>(py: Python<'_>, job: impl FnOnce() -> T + Send) -> PyResult<T> {
+    let pool = pool()?;
+    Ok(py.detach(|| pool.install(job)))
+}
+
+/// Threads on all cores, kept between calls with the process that started them: a forked process has none of its parent's threads.
+static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+
+fn pool() -> PyResult<Arc<ThreadPool>> {
+    let mut kept = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+    match &*kept {
+        Some((process, pool)) if *process == std::process::id() => Ok(Arc::clone(pool)),
+        _ => {
+            let pool = Arc::new(ThreadPoolBuilder::new().build().map_err(error)?);
+            // Threads of the parent do not end here: nobody waits for them.
+            std::mem::forget(kept.replace((std::process::id(), Arc::clone(&pool))));
+            Ok(pool)
+        }
     }
 }
 

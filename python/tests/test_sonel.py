@@ -4,10 +4,13 @@
 """
 
 import ast
+import copy
 import gc
 import json
 import logging
+import multiprocessing
 import os
+import pickle
 import signal
 import subprocess
 import threading
@@ -127,6 +130,27 @@ def test_renderings_are_refined(room, mapped, tmp_path):
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
     with pytest.raises(sonel.Error, match="has 32 batches"):
         room.render(SEATS, batches=33)
+
+
+def _rendered(room):
+    return room.render(SEATS, rays=64).energy, room.render(SEATS, rays=64).parameters()["t20_s"].shape
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_a_forked_process_has_threads_of_its_own(mapped):
+    room = sonel.Map.load(mapped)
+    expected, shape = _rendered(room)
+    with multiprocessing.get_context("fork").Pool(1) as workers:
+        energy, found = workers.apply_async(_rendered, (room,)).get(timeout=120)
+    np.testing.assert_array_equal(energy, expected)
+    assert found == shape
+
+
+def test_maps_travel_by_their_path(room, mapped):
+    loaded = sonel.Map.load(mapped)
+    assert pickle.loads(pickle.dumps(loaded)).digest == copy.deepcopy(loaded).digest == loaded.digest
+    with pytest.raises(TypeError, match="save it"):
+        pickle.dumps(room)
 
 
 def test_receivers_with_directivity_are_those_of_the_programs(room, mapped, tmp_path):
