@@ -1,6 +1,6 @@
 //! The compiled half of the Python package `sonel`: scenes, maps and responses by the crate `sonel`.
 //!
-//! `python/sonel/__init__.py` is the half that users see: signatures, units, numpy.
+//! `python/package/sonel/__init__.py` is the half that users see: signatures, units, numpy.
 
 mod convert;
 mod map;

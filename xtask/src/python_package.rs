@@ -28,7 +28,7 @@ pub fn check() -> Result<()> {
     let root = workspace::root();
     let package = root.join(PACKAGE).join("sonel");
     fs::create_dir_all(&package)?;
-    for entry in fs::read_dir(root.join("python/sonel"))? {
+    for entry in fs::read_dir(root.join("python/package/sonel"))? {
         let entry = entry?;
         if entry.file_type()?.is_file() {
             fs::copy(entry.path(), package.join(entry.file_name()))?;

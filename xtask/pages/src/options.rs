@@ -5,7 +5,7 @@ use clap::{Arg, ArgAction, Command, CommandFactory};
 use xtask::workspace;
 
 const PAGE: &str = "docs/interface.md";
-const PYTHON: &str = "python/sonel/__init__.py";
+const PYTHON: &str = "python/package/sonel/__init__.py";
 
 /// Options that every command has: the page explains them once.
 const COMMON: [&str; 4] = ["quiet", "threads", "help", "version"];
