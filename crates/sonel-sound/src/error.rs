@@ -24,6 +24,9 @@ pub enum SoundError {
     /// The file is no WAV file, a damaged one, or of a coding that is not read.
     #[error("this is not a WAV file of integer or float samples, or it is damaged: {0}")]
     Wav(#[from] hound::Error),
+    /// The output cannot be written.
+    #[error(transparent)]
+    Write(std::io::Error),
     /// A file without samples.
     #[error("the recording holds no samples")]
     Empty,
