@@ -89,7 +89,7 @@ pub(crate) fn read(document: &Table<'_>, report: &mut Report<'_>) -> AirChoice {
         air.pressure_kpa = number.value;
     }
     read_state(&table, air, report);
-    choice.speed_of_sound = table.get("speed_of_sound").and_then(|entry| entry.positive(report));
+    choice.speed_of_sound = table.get("speed_of_sound").and_then(|entry| entry.speed(report));
     choice.gradient = table.get(GRADIENT).and_then(|entry| entry.number(report));
     if let Some(attenuates) = table.get("attenuation").and_then(|entry| entry.flag(report)) {
         choice.attenuates = attenuates;

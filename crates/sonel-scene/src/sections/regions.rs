@@ -84,7 +84,7 @@ fn read_one(
     if let (Some(entry), Some(_)) = (&stated, table.get("temperature_celsius")) {
         entry.problem(report, "given together with temperature_celsius; keep one of the two");
     }
-    let stated = stated.and_then(|entry| entry.positive(report));
+    let stated = stated.and_then(|entry| entry.speed(report));
     let (speed_of_sound, density) = speed_and_density(scene, air, stated);
     let air_attenuation = if scene.attenuates() {
         attenuation_per_band(&air, &bands.bands)
