@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 use sonel::{Channels, Head};
 use sonel_console::output::{Kind, Output};
 use sonel_echogram::{LATERAL_KEYS, ReceiverDirectivity, Response as Echograms};
@@ -188,6 +188,20 @@ impl Response {
             .map_err(|wrong: sonel::Error| error(wrong))
     }
 
+    /// The bytes of its file.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let mut file = std::io::Cursor::new(Vec::new());
+        py.detach(|| self.echograms().write(&mut file).map(drop)).map_err(error)?;
+        Ok(PyBytes::new(py, file.get_ref()))
+    }
+
+    /// The response in the bytes of its file.
+    #[staticmethod]
+    fn from_bytes(py: Python<'_>, bytes: Vec<u8>) -> PyResult<Self> {
+        py.detach(|| Ok(Self::of(sonel::Response::read(&bytes)?, None)))
+            .map_err(|wrong: sonel::Error| error(wrong))
+    }
+
     /// Writes the response.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let write = || -> anyhow::Result<()> {
@@ -220,10 +234,11 @@ impl Response {
         on_all_cores(py, || self.sound(order, head.as_deref(), seed))?.map_err(error)
     }
 
-    /// Volume of a closed room, the direction up, and the seed; nothing where the response was loaded.
+    /// Volume of a closed room, the direction up where it is known, and the seed.
     #[getter]
-    fn room(&self) -> Option<(Option<f64>, [f64; 3], u64)> {
-        self.response.surroundings().map(|room| (room.volume, room.up.to_array(), room.seed))
+    fn room(&self) -> (Option<f64>, Option<[f64; 3]>, u64) {
+        let room = self.response.surroundings();
+        (room.volume, room.up.map(|up| up.to_array()), room.seed)
     }
 
     #[getter]

@@ -484,6 +484,18 @@ def test_two_renderings_at_once_do_not_disturb_each_other(room):
     assert both == responses and both[0.1] > both[0.5]
 
 
+def test_scenes_and_responses_are_pickled_and_copied(scene, room):
+    made = sonel.Scene.shoebox([4, 3, 2.5], 0.2, sources=[1, 1, 1], receivers=[3, 2, 1])
+    for one in (scene, made):
+        again = pickle.loads(pickle.dumps(one))
+        assert again.toml == one.toml and again.sources == one.sources
+    response = room.render(SEATS)
+    again = pickle.loads(pickle.dumps(response))
+    assert again.energy.tobytes() == response.energy.tobytes() and again.receivers == response.receivers
+    for one in (scene, made, room, response):
+        assert copy.deepcopy(one) is one and copy.copy(one) is one
+
+
 def test_the_stubs_name_what_is_compiled():
     stubs = ast.parse((Path(sonel.__file__).parent / "_sonel.pyi").read_text())
     named = {}

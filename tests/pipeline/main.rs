@@ -8,6 +8,7 @@ mod duration;
 mod effects;
 mod extend;
 mod in_memory;
+mod inputs;
 mod parameters;
 mod parts;
 mod placement;

@@ -65,6 +65,55 @@ fn an_impulse_response_begins_with_the_direct_sound_and_is_the_same_with_any_num
     assert!(response(&folder, "b.npz").directions.is_some());
 }
 
+/// A room with two boxes as furniture, whose edges send arrivals of all sizes.
+fn furnished(boxes: &[[f64; 6]]) -> String {
+    let mut obj = "usemtl walls\n".to_owned();
+    for (index, [x0, y0, z0, x1, y1, z1]) in boxes.iter().enumerate() {
+        for corner in 0..8 {
+            let [x, y, z] = [[x0, x1][corner & 1], [y0, y1][corner >> 1 & 1], [z0, z1][corner >> 2]];
+            obj += &format!("v {x} {y} {z}\n");
+        }
+        let faces = [[1, 3, 4, 2], [5, 6, 8, 7], [1, 2, 6, 5], [3, 7, 8, 4], [1, 5, 7, 3], [2, 4, 8, 6]];
+        for face in faces {
+            // Normals point into the room: inwards for the room, outwards for furniture.
+            let [a, b, c, d] = face.map(|corner| corner + 8 * index);
+            obj += &if index == 0 { format!("f {d} {c} {b} {a}\n") } else { format!("f {a} {b} {c} {d}\n") };
+        }
+    }
+    obj
+}
+
+#[test]
+fn furnished_rooms_have_impulse_responses() {
+    let room = [
+        [0.0, 0.0, 0.0, 6.18, 3.9, 3.02],
+        [0.96, 0.26, 0.0, 2.72, 0.86, 1.0],
+        [0.69, 1.76, 0.0, 1.39, 2.71, 1.66],
+    ];
+    let scene = "name = 'furnished'\nmesh = 'room.obj'\nmaterials.walls.absorption = 0.3\n\
+                 sources = [{ name = 'source', position = [2.01, 3.47, 1.6] }]\n";
+    let folder = TestFolder::with(scene);
+    folder.write("room.obj", furnished(&room));
+    trace(&folder, "a.sonelmap", &["--packets", "1k"]).unwrap();
+    let sounds = folder.path("wav").display().to_string();
+    let mut words = vec!["--wav".to_owned(), sounds, "--receiver".to_owned(), "a=0.52,2.25,1.09".to_owned()];
+    for (name, place) in ["3,2,1.2", "5.9,3.6,2.8", "0.3,3.5,0.4", "4.4,0.5,1.7"].iter().enumerate() {
+        words.extend(["--receiver".to_owned(), format!("{name}={place}")]);
+    }
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    render(&folder, "a.sonelmap", "a.npz", &words).unwrap();
+    assert!(read(&folder, "wav/1-source_1-a.wav").channels[0].iter().any(|sample| *sample != 0.0));
+}
+
+#[test]
+fn a_result_beyond_all_floats_is_refused() {
+    let folder = test_folder();
+    let loud = Recording { sample_rate_hz: 48_000, channels: vec![vec![3e38; 64]] };
+    write(&folder, "loud.wav", &loud);
+    let error = analyze(&folder, &["listen", "loud.wav", "loud.wav", "-o", "heard.wav"]).unwrap_err();
+    assert!(error.to_string().contains("lower the level of"), "{error}");
+}
+
 #[test]
 fn a_recording_is_heard_through_the_room_at_its_own_rate_and_level() {
     let folder = rendered();

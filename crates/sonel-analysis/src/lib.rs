@@ -24,6 +24,7 @@
 
 pub mod average;
 pub mod batches;
+pub mod cell;
 pub mod comparison;
 pub mod decay;
 pub mod estimate;

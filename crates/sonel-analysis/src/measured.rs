@@ -7,6 +7,7 @@ use std::io::Read;
 
 use csv::StringRecord;
 
+use crate::cell;
 use crate::parameter::Parameter;
 
 /// Half of a 95 % interval of a normal distribution in standard deviations.
@@ -106,7 +107,7 @@ fn row(header: &StringRecord, record: &StringRecord) -> Result<Option<MeasuredRo
     Ok(Some(MeasuredRow {
         line,
         source: text("source").map(str::to_owned),
-        receiver: needed("receiver")?.to_owned(),
+        receiver: cell::name(needed("receiver")?).to_owned(),
         position,
         center_frequency_hz: number("center_frequency_hz")?.unwrap_or_default(),
         parameter,

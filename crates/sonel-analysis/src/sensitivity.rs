@@ -6,6 +6,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use serde_json::{Value, json};
 use sonel_acoustics::Coefficient;
 
+use crate::cell;
 use crate::estimate::ParameterValue;
 use crate::jackknife;
 use crate::parameter::Parameter;
@@ -156,10 +157,12 @@ pub fn csv(found: &[Sensitivity], centers: &[f64], out: impl Write) -> std::io::
             let numbers = slope.map_or([const { String::new() }; 3], |slope| {
                 [slope.value, slope.slope, slope.half_width].map(|number| number.to_string())
             });
+            let [source, receiver, material] =
+                [&one.source, &one.receiver, &one.material].map(|name| cell::of_name(name));
             let names = [
-                &one.source,
-                &one.receiver,
-                &one.material,
+                &*source,
+                &receiver,
+                &material,
                 &one.coefficient.to_string(),
                 one.parameter.key(),
                 &center.to_string(),

@@ -305,16 +305,25 @@ impl<W: Write + Seek> Seek for UntilFailure<W> {
     }
 }
 
+/// An array takes at most this many times the bytes of its compressed archive, or [`SMALL_ARRAY`].
+const MOST_EXPANSION: u64 = 100;
+/// The size up to which an array may be compressed by whatever factor [bytes].
+const SMALL_ARRAY: u64 = 1 << 26;
+
 /// An archive being read.
 pub struct ArchiveReader<R: Read + Seek> {
     zip: ZipArchive<R>,
+    /// Bytes that an array may take, by the size of the archive.
+    largest: u64,
     /// Hashes of the arrays read so far.
     contents: HashMap<usize, blake3::Hash>,
 }
 
 impl<R: Read + Seek> ArchiveReader<R> {
-    pub fn new(input: R) -> Result<Self, ResponseError> {
-        Ok(Self { zip: ZipArchive::new(input).map_err(broken)?, contents: HashMap::new() })
+    pub fn new(mut input: R) -> Result<Self, ResponseError> {
+        let size = input.seek(SeekFrom::End(0))?;
+        let largest = size.saturating_mul(MOST_EXPANSION).max(SMALL_ARRAY);
+        Ok(Self { largest, zip: ZipArchive::new(input).map_err(broken)?, contents: HashMap::new() })
     }
 
     /// Whether there is an array `key`.
@@ -343,10 +352,15 @@ impl<R: Read + Seek> ArchiveReader<R> {
     /// Bytes first: the checksum is compared, and a header that claims more than there is cannot claim memory.
     fn content(&mut self, index: usize) -> Result<Vec<u8>, ResponseError> {
         let mut entry = self.zip.by_index(index).map_err(broken)?;
+        let wrong = |name: &str, problem: String| ResponseError::Archive(format!("array {name}: {problem}"));
         let mut bytes = Vec::new();
-        entry
-            .read_to_end(&mut bytes)
-            .map_err(|error| ResponseError::Archive(format!("array {}: {error}", entry.name())))?;
+        let read = entry.by_ref().take(self.largest + 1).read_to_end(&mut bytes);
+        read.map_err(|error| wrong(entry.name(), error.to_string()))?;
+        if bytes.len() as u64 > self.largest {
+            let problem =
+                format!("it takes more than {} bytes, too many for an archive of this size", self.largest);
+            return Err(wrong(entry.name(), problem));
+        }
         self.contents.insert(index, blake3::hash(&bytes));
         Ok(bytes)
     }
@@ -373,5 +387,26 @@ fn broken(error: zip::result::ZipError) -> ResponseError {
     match error {
         zip::result::ZipError::Io(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => error.into(),
         error => ResponseError::Archive(error.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use super::*;
+
+    #[test]
+    fn small_archives_of_large_arrays_are_refused() {
+        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+        let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
+        zip.start_file("energy.npy", options).unwrap();
+        for _ in 0..=SMALL_ARRAY >> 20 {
+            zip.write_all(&vec![0; 1 << 20]).unwrap();
+        }
+        let archive = zip.finish().unwrap();
+        assert!(archive.get_ref().len() < 1 << 20);
+        let error = ArchiveReader::new(archive).unwrap().array::<f64>("energy").unwrap_err();
+        assert!(error.to_string().contains("too many for an archive of this size"), "{error}");
     }
 }

@@ -12,9 +12,6 @@ use crate::value::{Entries, Kind, Value};
 
 pub(crate) use crate::value::{quoted, quoted_key};
 
-/// Speeds of sound that a scene may have [m/s]: heavy gases have 90, diamond 18 000.
-const SPEEDS: std::ops::RangeInclusive<f64> = 10.0..=100_000.0;
-
 /// A table with its full key; the document itself has an empty one.
 pub(crate) struct Table<'t> {
     path: String,
@@ -183,17 +180,6 @@ impl<'t> Entry<'t> {
             return None;
         }
         Some(number.value)
-    }
-
-    /// A speed of sound [m/s]: of any gas, liquid or solid, and no slip of the key.
-    pub(crate) fn speed(&self, report: &mut Report<'_>) -> Option<f64> {
-        let number = self.number(report)?.value;
-        if !SPEEDS.contains(&number) {
-            let (low, high) = (SPEEDS.start(), SPEEDS.end());
-            self.problem(report, &format!("{number:?} m/s is outside {low} … {high} m/s"));
-            return None;
-        }
-        Some(number)
     }
 
     /// A list of finite numbers.

@@ -2,6 +2,16 @@
 
 use thiserror::Error;
 
+impl From<hound::Error> for SoundError {
+    fn from(error: hound::Error) -> Self {
+        match error {
+            // The reader calls a file that ends too early so.
+            hound::Error::IoError(error) if error.raw_os_error().is_some() => Self::File(error),
+            error => Self::Wav(error),
+        }
+    }
+}
+
 /// Why there is no sound.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -23,10 +33,10 @@ pub enum SoundError {
     NoDirections,
     /// The file is no WAV file, a damaged one, or of a coding that is not read.
     #[error("this is not a WAV file of integer or float samples, or it is damaged: {0}")]
-    Wav(#[from] hound::Error),
-    /// The output cannot be written.
+    Wav(hound::Error),
+    /// A file cannot be read or written.
     #[error(transparent)]
-    Write(std::io::Error),
+    File(#[from] std::io::Error),
     /// A file without samples.
     #[error("the recording holds no samples")]
     Empty,

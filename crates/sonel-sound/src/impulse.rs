@@ -208,6 +208,36 @@ mod tests {
     }
 
     #[test]
+    fn small_arrivals_beside_large_ones_in_one_bin_are_found_in_whatever_order_they_were_added() {
+        let mut draw = sonel_testkit::uniform::Uniform::new(54);
+        for _ in 0..200 {
+            let mut response = response([0.0; 3], [0.0; 3]);
+            let count = 2 + draw.below(20);
+            // Sixteen decades: direct sound, and what edges send around furniture.
+            let energy: Vec<f64> = (0..3 * count).map(|_| 10_f64.powf(draw.between(-16.0, 0.0))).collect();
+            for band in 0..3 {
+                // The renderer adds in another order than the list has.
+                response.energy[band * 200 + 12] = energy[band..].iter().step_by(3).rev().sum();
+            }
+            response.arrivals = Arrivals {
+                source: vec![0; count],
+                receiver: vec![0; count],
+                time_s: vec![DIRECT_TIME; count],
+                energy,
+                direction: [-1.0, 0.0, 0.0].repeat(count),
+                order: vec![1; count],
+                kind: vec![1; count],
+            };
+            let pulses = crate::pulses::Pulses::new(&response, (0, 0), Some(100.0), 1).unwrap();
+            assert_eq!(pulses.sample.len(), count, "rounding is no sound");
+            // An arrival that the bin has not is still an error.
+            let before = response.energy[12];
+            response.energy[12] = before * 0.999_999;
+            assert!(crate::pulses::Pulses::new(&response, (0, 0), Some(100.0), 1).is_err());
+        }
+    }
+
+    #[test]
     fn another_seed_is_another_realisation_and_the_same_seed_the_same() {
         let response = response([0.001; 3], [0.002; 3]);
         let realise = |seed| Synthesizer::new(&response, None, seed).impulse_response(0, 0).unwrap();

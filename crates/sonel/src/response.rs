@@ -13,7 +13,7 @@ use crate::error::At;
 #[derive(Debug)]
 pub struct Response {
     echograms: Echograms,
-    surroundings: Option<Surroundings>,
+    surroundings: Surroundings,
 }
 
 /// What sound needs beside the echograms.
@@ -21,14 +21,14 @@ pub struct Response {
 pub struct Surroundings {
     /// Volume of a closed room [m³].
     pub volume: Option<f64>,
-    /// Unit vector that points up.
-    pub up: DVec3,
+    /// Unit vector that points up; none of a response that was read from a file.
+    pub up: Option<DVec3>,
     /// Seed of the rendering.
     pub seed: u64,
 }
 
 impl Response {
-    pub(crate) fn of(echograms: Echograms, surroundings: Option<Surroundings>) -> Self {
+    pub(crate) fn of(echograms: Echograms, surroundings: Surroundings) -> Self {
         Self { echograms, surroundings }
     }
 
@@ -40,7 +40,24 @@ impl Response {
         let label = path.as_ref().display().to_string();
         let file = crate::file::open(path.as_ref()).at(|| format!("cannot read the response {label}"))?;
         let echograms = Echograms::read(std::io::BufReader::new(file)).at(|| label)?;
-        Ok(Self::of(echograms, None))
+        Ok(Self::of_file(echograms))
+    }
+
+    /// A response of a file, whose metadata state volume and seed.
+    fn of_file(echograms: Echograms) -> Self {
+        let metadata = &echograms.metadata;
+        let (volume, seed) = (metadata["volume_m3"].as_f64(), metadata["seed"].as_u64().unwrap_or(1));
+        let surroundings = Surroundings { volume, up: None, seed };
+        Self::of(echograms, surroundings)
+    }
+
+    /// Reads a response in the bytes of its file.
+    ///
+    /// # Errors
+    /// When they are no response, or damaged.
+    pub fn read(bytes: &[u8]) -> Result<Self> {
+        let echograms = Echograms::read(std::io::Cursor::new(bytes)).at(|| "the response".to_owned())?;
+        Ok(Self::of_file(echograms))
     }
 
     /// Writes the response as a numpy archive (docs/formats/response.md), which appears when it is complete and replaces an older file.
@@ -57,9 +74,9 @@ impl Response {
         &self.echograms
     }
 
-    /// What is known of the room; none of a response that was read from a file.
+    /// What is known of the room.
     #[must_use]
-    pub fn surroundings(&self) -> Option<Surroundings> {
+    pub fn surroundings(&self) -> Surroundings {
         self.surroundings
     }
 

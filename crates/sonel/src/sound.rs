@@ -1,5 +1,6 @@
 //! Impulse responses: pressure synthesised from the energies of a response.
 
+use glam::DVec3;
 use rayon::prelude::*;
 use sonel_sound::{Head, Synthesizer};
 
@@ -22,12 +23,17 @@ impl Response {
     /// sound is 1/r, sample 0 is the emission. `seed` is by default that of the rendering.
     ///
     /// # Errors
-    /// When the response was read from a file, or has no directions where channels need them.
+    /// Where channels need directions: when the response was read from a file or has none.
     pub fn impulse_responses(&self, channels: Channels<'_>, seed: Option<u64>) -> Result<Vec<Vec<Vec<f32>>>> {
-        let Some(Surroundings { volume, up, seed: own }) = self.surroundings() else {
-            return Err(Error::refused(
-                "a loaded response has no room: render it from its map for impulse responses",
-            ));
+        let Surroundings { volume, up, seed: own } = self.surroundings();
+        let up = match (channels, up) {
+            (Channels::Single, _) => DVec3::Z,
+            (_, Some(up)) => up,
+            (_, None) => {
+                return Err(Error::refused(
+                    "a loaded response does not state which direction is up: render it from its map for ambisonics and ears",
+                ));
+            }
         };
         let e = self.echograms();
         let synthesizer = Synthesizer::new(e, volume, seed.unwrap_or(own));

@@ -45,13 +45,26 @@ class Scene:
     Made by `Scene.load`, `Scene.shoebox` or `Scene.from_mesh`. Positions are in metres, in the axes of the mesh.
     """
 
-    def __init__(self, inner: _sonel.Scene) -> None:
+    def __init__(self, inner: _sonel.Scene, origin: tuple[Callable[..., Scene], Any]) -> None:
         self._inner = inner
+        self._origin = origin
+
+    def __reduce__(self) -> tuple[Callable[..., Scene], Any]:
+        """A scene of a file is read again where it is unpickled; one made in Python is made again."""
+        return self._origin
+
+    def __copy__(self) -> Scene:
+        return self
+
+    def __deepcopy__(self, _: Any) -> Scene:
+        """Scenes cannot be changed: a copy is the same."""
+        return self
 
     @classmethod
     def load(cls, path: _Path) -> Scene:
         """The scene in a file `scene.toml` (docs/formats/scene.md) and the mesh that it names."""
-        return cls(_sonel.Scene.load(os.fspath(path), _LOGGER.log))
+        path = os.path.abspath(os.fspath(path))
+        return cls(_sonel.Scene.load(path, _LOGGER.log), (cls.load, (path,)))
 
     @classmethod
     def shoebox(
@@ -112,7 +125,12 @@ class Scene:
         document = {**keys, "materials": _materials(materials), "sources": _points(sources, "source")}
         if receivers is not None:
             document["receivers"] = _points(receivers, "receiver")
-        return cls(_sonel.Scene.made(document, polygons, _LOGGER.log))
+        return cls._of_document(document, polygons)
+
+    @classmethod
+    def _of_document(cls, document: dict[str, Any], polygons: Any) -> Scene:
+        inner = _sonel.Scene.made(document, polygons, _LOGGER.log)
+        return cls(inner, (cls._of_document, (document, polygons)))
 
     def save(self, folder: _Path) -> Path:
         """Writes a scene made in Python as scene.toml, and its mesh beside it, for the programs. Returns the path of scene.toml.
@@ -239,6 +257,13 @@ class Map:
 
     def __init__(self, inner: _sonel.Map) -> None:
         self._inner = inner
+
+    def __copy__(self) -> Map:
+        return self
+
+    def __deepcopy__(self, _: Any) -> Map:
+        """Maps cannot be changed: a copy is the same."""
+        return self
 
     @classmethod
     def load(cls, path: _Path) -> Map:
@@ -375,6 +400,21 @@ class Response:
     def __init__(self, inner: _sonel.Response) -> None:
         self._inner = inner
 
+    def __reduce__(self) -> tuple[Callable[..., Response], Any]:
+        """What is unpickled is as if it had been saved and loaded."""
+        return (Response._of_bytes, (self._inner.to_bytes(),))
+
+    @classmethod
+    def _of_bytes(cls, data: bytes) -> Response:
+        return cls(_sonel.Response.from_bytes(data))
+
+    def __copy__(self) -> Response:
+        return self
+
+    def __deepcopy__(self, _: Any) -> Response:
+        """Responses cannot be changed: a copy is the same."""
+        return self
+
     @classmethod
     def load(cls, path: _Path) -> Response:
         """Reads a response of sonel-render."""
@@ -454,7 +494,7 @@ class Response:
         ambix: order 1, 2 or 3: C = (order + 1)² channels in ACN order with SN3D (AmbiX), for a response with directions.
         hrtf: a SOFA file of the convention SimpleFreeFieldHRIR: C = 2, left and right ear, for a response with directions.
         seed: of the times and signs of late sound (default that of the rendering).
-        Without `ambix` and `hrtf` C is 1. Responses of `Map.render` only: one that was loaded does not know its room.
+        Without `ambix` and `hrtf` C is 1. `ambix` and `hrtf` need a response of `Map.render`: a file does not state which direction is up.
         """
         if ambix is not None and hrtf is not None:
             raise Error("ambix and hrtf exclude each other: ask for one after the other")

@@ -46,14 +46,17 @@ def _places(sofa: Any, response: Response) -> None:
     """Where sources and listeners are and where listeners look, in the axes of the scene [m]."""
     pairs = [(s, r) for s in range(len(response.sources)) for r in range(len(response.receivers))]
     sources, receivers = (list(index) for index in zip(*pairs))
-    _, up, _ = response._inner.room or (None, [0.0, 0.0, 1.0], 0)
+    stated = response._inner.room[1]
+    up = stated or [0.0, 0.0, 1.0]
     sofa.SourcePosition = response.source_positions[sources]
     sofa.ListenerPosition = response.receiver_positions[receivers]
     sofa.ListenerUp = np.array([up])
     try:
+        if stated is None:
+            raise KeyError("up")
         sofa.ListenerView = np.cross(response["lateral_axis"], up)[receivers]
     except KeyError:
-        # Without directions a listener is a point.
+        # Without directions, or up in a loaded response, a listener is a point.
         sofa.ListenerView = np.array([np.roll(up, 1)])
     sofa.MeasurementDate = np.zeros(len(pairs))
 
@@ -75,7 +78,7 @@ def _channels(sofa: Any, channels: int, ambix: int | None) -> None:
 def _room(sofa: Any, response: Response) -> None:
     """Room and provenance."""
     metadata = response.metadata
-    volume, _, seed = response._inner.room or (None, None, None)
+    volume, _, seed = response._inner.room
     sofa.GLOBAL_Title = f"{metadata['scene']}: simulated impulse responses"
     sofa.GLOBAL_RoomDescription = str(metadata["scene"])
     sofa.GLOBAL_RoomType = "reverberant" if volume is not None else "outdoor"

@@ -38,7 +38,11 @@ pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     }
     let signal =
         resample(signal, dry.sample_rate_hz, rate).with_context(|| recording.display().to_string())?;
-    let channels = response.channels.par_iter().map(|channel| convolve(&signal, channel)).collect();
+    let channels: Vec<Vec<f32>> =
+        response.channels.par_iter().map(|channel| convolve(&signal, channel)).collect();
+    if channels.iter().flatten().any(|sample: &f32| !sample.is_finite()) {
+        bail!("the result exceeds the largest 32-bit float: lower the level of {}", recording.display());
+    }
     let rendered = Recording { sample_rate_hz: rate, channels };
     target.write(|out| rendered.write(out))?;
     let peak = rendered.channels.iter().flatten().fold(0.0_f32, |peak, sample| peak.max(sample.abs()));

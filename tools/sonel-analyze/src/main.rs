@@ -2,10 +2,9 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
-use sonel_console::run_to_exit;
+use sonel_console::{parse, run_to_exit};
 
 fn main() -> ExitCode {
-    let arguments = sonel_analyze::Arguments::parse();
+    let arguments = parse::<sonel_analyze::Arguments>();
     run_to_exit(arguments.quiet, |out, log| sonel_analyze::run(&arguments, out, log))
 }

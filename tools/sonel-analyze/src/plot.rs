@@ -29,6 +29,7 @@ const USUAL: [What; 3] = [What::Echogram, What::Decay, What::Parameters];
 pub fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let output = &arguments.output;
     let (kind, draw) = format(output)?;
+    let target = Output::create(output, kind, &arguments.files)?;
     let wanted =
         |what| if arguments.what.is_empty() { &USUAL[..] } else { &arguments.what[..] }.contains(&what);
     let (responses, map) = sorted(&arguments.files)?;
@@ -61,7 +62,7 @@ pub fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     if wanted(What::Map) {
         sheet.plans = Some(plans::of(&subjects, map.as_deref(), arguments, log)?);
     }
-    Output::create(output, kind, &arguments.files)?.write(|out| draw(&sheet, out))?;
+    target.write(|out| draw(&sheet, out))?;
     writeln!(log, "written to {}", output.display())?;
     Ok(Outcome::Done)
 }

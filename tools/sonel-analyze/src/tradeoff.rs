@@ -106,9 +106,7 @@ const FILES: [(&str, Kind); 8] = [
 
 /// Checks that `folder` may be made or used, and that no file in it is lost.
 fn check_folder(folder: &Path, inputs: &[PathBuf]) -> anyhow::Result<()> {
-    if folder.exists() && !folder.is_dir() {
-        bail!("{} is not a folder: choose another output", folder.display());
-    }
+    output::check_folder(folder)?;
     for (name, kind) in FILES {
         output::check_target(&folder.join(name), kind, inputs)?;
     }

@@ -4,6 +4,7 @@ pub mod choices;
 pub mod clock;
 pub mod count;
 pub mod follower;
+pub mod inputs;
 pub mod interrupt;
 pub mod output;
 pub mod progress;
@@ -18,6 +19,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use clock::Stopwatch;
+pub use inputs::parse;
 pub use sonel::file as input;
 pub use sonel::quantity;
 
@@ -63,7 +65,10 @@ fn unless_closed(
 
 /// `text` without the control characters that steer terminals: names in scenes and files may hold any. Lines and tabs stay.
 fn without_controls(text: &[u8]) -> Cow<'_, [u8]> {
-    let steers = |character: char| character.is_control() && !matches!(character, '\n' | '\t');
+    // Those of bidirectional text show a name as another one.
+    let turns = |character: char| matches!(character, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    let is_control = |character: char| character.is_control() && !matches!(character, '\n' | '\t');
+    let steers = |character: char| is_control(character) || turns(character);
     match std::str::from_utf8(text) {
         Ok(text) if text.contains(steers) => Cow::Owned(text.replace(steers, "\u{fffd}").into_bytes()),
         _ => Cow::Borrowed(text),

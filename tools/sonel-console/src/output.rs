@@ -12,7 +12,7 @@ use sonel::MapStore;
 use sonel_map::{MapError, SonelMap};
 use sonel_scene::checkup::FIRST_LINE;
 
-use crate::{interrupt, note};
+use crate::{inputs, interrupt, note};
 
 /// What the name of a file ends with until it is complete.
 pub const UNFINISHED: &str = ".unfinished";
@@ -152,11 +152,9 @@ pub fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Re
             target.display()
         );
     }
-    if target.file_name().is_none() || target.as_os_str().to_string_lossy().ends_with(std::path::is_separator)
-    {
-        bail!("{} names a folder, outputs are files: add a file name", target.display());
-    }
-    if let Some(input) = inputs.iter().find(|input| is_same_file(input, target)) {
+    check_name(target)?;
+    let named = inputs::named().iter().chain(inputs).find(|input| is_same_file(input, target));
+    if let Some(input) = named {
         bail!(
             "{} is an input of this command ({}): choose another output",
             target.display(),
@@ -192,6 +190,45 @@ pub fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Re
             kind.name
         );
     }
+    Ok(())
+}
+
+/// Checks that `target` names a file.
+fn check_name(target: &Path) -> anyhow::Result<()> {
+    if target.file_name().is_none() || target.as_os_str().to_string_lossy().ends_with(std::path::is_separator)
+    {
+        bail!("{} names a folder, outputs are files: add a file name", target.display());
+    }
+    Ok(())
+}
+
+/// Checks, before anything is read, that `target` names a file in a folder that is there.
+///
+/// # Errors
+/// When it names a folder, or is in none.
+pub fn check_place(target: &Path) -> anyhow::Result<()> {
+    check_name(target)?;
+    let folder = folder_of(target);
+    if !folder.is_dir() {
+        bail!("the folder {} does not exist: create it first", folder.display());
+    }
+    Ok(())
+}
+
+/// Checks that files can be written in `folder`, or that it can be made.
+///
+/// # Errors
+/// When it is no folder or cannot be written, or the folder that it would be made in.
+pub fn check_folder(folder: &Path) -> anyhow::Result<()> {
+    if folder.exists() && !folder.is_dir() {
+        bail!("{} is not a folder: choose another one", folder.display());
+    }
+    let existing = if folder.exists() { folder } else { folder_of(folder) };
+    if !existing.is_dir() {
+        bail!("the folder {} does not exist: create it first", existing.display());
+    }
+    let attempt = tempfile::tempfile_in(existing);
+    attempt.with_context(|| format!("cannot write in {}: choose another folder", existing.display()))?;
     Ok(())
 }
 
@@ -238,7 +275,7 @@ fn remove_stale(target: &Path) {
         let random = name.strip_prefix(&prefix).and_then(|rest| rest.strip_suffix(UNFINISHED));
         let is_ours = random.is_some_and(|random| !random.is_empty() && !random.contains('.'));
         if is_ours
-            && File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok())
+            && crate::input::open(&entry.path()).is_ok_and(|file| file.try_lock().is_ok())
             && std::fs::remove_file(entry.path()).is_ok()
         {
             note(&format!("removed {}, left by a killed run", entry.path().display()));
@@ -254,10 +291,8 @@ impl Output {
     /// When `target` is an input, an existing file of another kind, or no regular file, or its folder cannot be written.
     pub fn create(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Result<Self> {
         check_target(target, kind, inputs)?;
+        check_place(target)?;
         let folder = folder_of(target);
-        if !folder.is_dir() {
-            bail!("the folder {} does not exist: create it first", folder.display());
-        }
         remove_stale(target);
         let file = tempfile::Builder::new()
             .prefix(&prefix(target))
@@ -452,6 +487,35 @@ mod tests {
         assert!(error.to_string().contains("not a regular file"));
         let error = Output::create(&folder.path().join("nowhere/a.sonelmap"), Kind::MAP, &[]).unwrap_err();
         assert!(error.to_string().contains("does not exist"));
+    }
+
+    #[test]
+    fn folders_are_checked_before_they_are_made() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("file"), "").unwrap();
+        check_folder(folder.path()).unwrap();
+        check_folder(&path("new")).unwrap();
+        for (name, problem) in [("file", "is not a folder"), ("no/new", "does not exist")] {
+            let error = check_folder(&path(name)).unwrap_err();
+            assert!(error.to_string().contains(problem), "{name}: {error}");
+        }
+        let error = Output::create(&path("new/"), Kind::MAP, &[]).unwrap_err();
+        assert!(error.to_string().contains("add a file name"), "{error}");
+        assert_eq!(names(folder.path()), ["file"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_with_the_name_of_an_unfinished_file_blocks_no_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("a.npz.Ab12Cd.unfinished");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let (done, ended) = std::sync::mpsc::channel();
+        let target = folder.path().join("a.npz");
+        std::thread::spawn(move || done.send(Output::create(&target, Kind::RESPONSE, &[]).map(drop)));
+        ended.recv_timeout(std::time::Duration::from_secs(20)).unwrap().unwrap();
+        assert!(pipe.exists());
     }
 
     #[test]

@@ -57,9 +57,10 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     let rendered = follower.result(prepared.render(plan.as_ref(), &follower))?;
     let target = output.target().display().to_string();
     output.write(|out| rendered.response.echograms().write(out).map(drop))?;
-    if let (Some(sounds), Some(room)) = (sounds, rendered.response.surroundings()) {
+    if let Some(sounds) = sounds {
+        let room = rendered.response.surroundings();
         let synthesizer = Synthesizer::new(rendered.response.echograms(), room.volume, room.seed);
-        sounds.write(&synthesizer, room.up)?;
+        sounds.write(&synthesizer, scene.up)?;
         let files = counted(sounds.count(), "impulse response");
         follower.line(&format!("{files} written to {}", sounds.folder.display()))?;
     }

@@ -77,3 +77,27 @@ fn memory_that_is_not_there_is_told_with_a_remedy() {
     }
     assert_eq!(folder.names(), ["room.sonelmap", "scene.toml"]);
 }
+
+#[test]
+fn impulse_responses_on_a_full_disk_are_one_message_about_the_disk() {
+    let folder = traced("500");
+    // A limit on the size of files fails a write as a full disk does: the response fits, 48 000 samples a second do not.
+    let words = "room.sonelmap -o room.npz --quiet --receiver a=4,3,1 --bin 0.1 --wav sounds";
+    let render = format!("trap '' XFSZ; ulimit -f 40; exec {PROGRAM} {words}");
+    let said = Ended::of(Command::new("sh").current_dir(folder.folder()).args(["-c", &render])).refused();
+    assert!(said.contains("File too large") && !said.contains("not a WAV file"), "{said}");
+    assert_eq!(said.matches("File too large").count(), 1, "{said}");
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_told_before_the_rendering() {
+    let folder = traced("500");
+    let render = |wav: &str| {
+        let words = ["room.sonelmap", "-o", "room.npz", "--receiver", "a=4,3,1", "--wav", wav];
+        Ended::of(Command::new(PROGRAM).current_dir(folder.folder()).args(words)).refused()
+    };
+    let (missing, file) = (render("no/sounds"), render("scene.toml"));
+    assert!(missing.contains("cannot make the folder no/sounds"), "{missing}");
+    assert!(file.contains("scene.toml is not a folder"), "{file}");
+    assert_eq!(folder.names(), ["room.sonelmap", "scene.toml"]);
+}

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use sonel::plan as tables;
 use sonel::{Map, Plan, PreparedTrace, Scene, Traced};
 use sonel_console::follower::Follower;
-use sonel_console::output::{Kind, MapOutputs, Output};
+use sonel_console::output::{self, Kind, MapOutputs, Output};
 use sonel_console::progress::ProgressSink;
 use sonel_console::{Log, Outcome, input, spelled, use_threads};
 
@@ -30,10 +30,11 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     use_threads(arguments.threads)?;
     let mut options = arguments.options();
     options.settings().map_err(spelled)?;
-    // Whatever is wrong with the output shall be said before the work is done.
-    let read = arguments.decision.iter().chain([&arguments.scene]).cloned().collect::<Vec<_>>();
-    arguments.output.iter().try_for_each(|path| Output::try_create(path, Kind::MAP, &read))?;
+    arguments.output.iter().try_for_each(|path| output::check_place(path))?;
     let scene = follower.result(Scene::load(&arguments.scene, &follower))?;
+    // Whatever is wrong with the output shall be said before the work is done.
+    let inputs: Vec<PathBuf> = scene.files().iter().chain(&arguments.decision).cloned().collect();
+    arguments.output.iter().try_for_each(|path| Output::try_create(path, Kind::MAP, &inputs))?;
     let [extended, decision] =
         [&arguments.extend, &arguments.decision].map(|path| path.as_deref().map(opened));
     let (extended, decision) = (extended.transpose()?, decision.transpose()?);
@@ -50,7 +51,6 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         }
         return Ok(Outcome::Done);
     };
-    let inputs = [scene.files(), &read].concat();
     let (traced, output) = trace(prepared, plan.as_ref(), path, &inputs, &follower)?;
     let mut report = traced.report();
     let (summary, is_reached) = (traced.summary(), traced.is_reached);
@@ -81,7 +81,6 @@ fn trace(
     inputs: &[PathBuf],
     follower: &Follower<'_>,
 ) -> anyhow::Result<(Traced, Output)> {
-    Output::try_create(path, Kind::MAP, inputs)?;
     let create = || Output::create(path, Kind::MAP, inputs);
     let mut outputs = MapOutputs::new(&create);
     let traced = match prepared.trace(plan, &mut outputs, follower) {

@@ -2,10 +2,9 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
-use sonel_console::run_to_exit;
+use sonel_console::{parse, run_to_exit};
 
 fn main() -> ExitCode {
-    let program = sonel_trace::Program::parse();
+    let program = parse::<sonel_trace::Program>();
     run_to_exit(program.is_quiet(), |out, log| program.run(out, log))
 }

@@ -149,6 +149,50 @@ fn no_input_is_replaced() {
 }
 
 #[test]
+fn what_options_read_is_not_replaced_either() {
+    let folder = TestFolder::with(SCENE);
+    folder.run(PROGRAM, &["scene.toml", "-o", "b.sonelmap", "--packets", "200"]).done();
+    let before = folder.bytes("b.sonelmap");
+    let words = ["scene.toml", "-o", "b.sonelmap", "--packets", "100", "--decision", "b.sonelmap"];
+    let said = folder.run(PROGRAM, &words).refused();
+    assert!(said.contains("b.sonelmap is an input of this command"), "{said}");
+    assert_eq!(folder.bytes("b.sonelmap"), before);
+    let words = ["scene.toml", "-o", "b.sonelmap", "--packets", "300", "--extend", "b.sonelmap"];
+    folder.run(PROGRAM, &words).done();
+    assert_ne!(folder.bytes("b.sonelmap"), before);
+}
+
+/// The effects alone would be sought for minutes.
+#[test]
+fn an_output_that_cannot_be_is_refused_before_the_scene_is_prepared() {
+    let folder = test_folder();
+    for (target, problem) in [("new/", "add a file name"), ("no/new.sonelmap", "does not exist")] {
+        let mut command = Command::new(PROGRAM);
+        command.current_dir(folder.folder()).args([
+            "scene.toml",
+            "-o",
+            target,
+            "--packets",
+            "900M",
+            "--quiet",
+        ]);
+        let said = Ended::of(&mut command).refused();
+        assert!(said.contains(problem) && said.lines().count() == 1, "{said}");
+    }
+}
+
+#[test]
+fn names_do_not_command_the_terminal() {
+    let folder = TestFolder::with(&SCENE.replace("\"box\"", "\"a\\u001B]0;b\\u0007\\u202Ec\""));
+    let done = folder.run(PROGRAM, &["check", "scene.toml"]);
+    let traced = folder.run(PROGRAM, &["scene.toml", "-o", "a.sonelmap", "--packets", "100", "--plan"]);
+    let wrong = folder.run(PROGRAM, &["no\u{1b}[2J.toml", "-o", "b.sonelmap"]);
+    for text in [&done.out, &done.err, &traced.out, &traced.err, &wrong.err] {
+        assert!(!text.contains(['\u{1b}', '\u{7}', '\u{202e}']), "{text:?}");
+    }
+}
+
+#[test]
 fn runs_beyond_all_measure_are_refused_with_what_they_take() {
     let folder = test_folder();
     let target = folder.path("room.sonelmap");

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use sonel_geometry::Side;
 
+use crate::cell;
 use crate::sonels::{Sonel, Sonels};
 
 /// Columns before the energies.
@@ -69,7 +70,7 @@ pub fn csv(sonels: &Sonels<'_>, mut out: impl Write, progress: &mut dyn FnMut(u6
 impl Rows {
     fn put(&mut self, sonel: &Sonel<'_>, source: &str, frequencies: &[String]) -> io::Result<()> {
         let (history, arrival) = (sonel.history, sonel.arrival);
-        self.writer.write_field(source)?;
+        self.writer.write_field(&*cell::of_name(source))?;
         self.number(sonel.emission)?;
         self.writer.write_field(&frequencies[sonel.leading_band as usize])?;
         self.number(history.order)?;

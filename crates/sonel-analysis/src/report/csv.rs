@@ -4,6 +4,7 @@ use std::io::Write;
 
 use sonel_acoustics::just_noticeable as noticeable;
 
+use crate::cell;
 use crate::estimate::ParameterValue;
 use crate::receiver::ReceiverParameters;
 
@@ -42,7 +43,8 @@ pub fn csv(receivers: &[ReceiverParameters], out: impl Write) -> std::io::Result
         let places: Vec<String> = places.as_flattened().iter().map(ToString::to_string).collect();
         let mut write =
             |frequency: &str, key: &str, estimate: &ParameterValue, just_noticeable: &dyn Fn(f64) -> f64| {
-                let names = [&receiver.source, &receiver.name, frequency, key];
+                let names =
+                    [&cell::of_name(&receiver.source), &cell::of_name(&receiver.name), frequency, key];
                 writer.write_record(row(names, estimate, just_noticeable).iter().chain(&places))
             };
         write("", "speech_transmission_index", &receiver.speech_transmission_index, &|_| {

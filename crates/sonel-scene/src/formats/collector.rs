@@ -1,6 +1,6 @@
 //! Collects the faces of a file.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
@@ -49,9 +49,10 @@ impl Collector {
             return;
         }
         let start = self.corners.len();
+        let mut seen = HashSet::with_capacity(corners.len());
         for corner in corners {
             let index = self.vertices.index_of(*corner);
-            if !self.corners[start..].contains(&index) {
+            if seen.insert(index) {
                 self.corners.push(index);
             }
         }

@@ -82,13 +82,23 @@ fn buffers(
             STANDARD.decode(data).map_err(|error| format!("a buffer is not base64 data: {error}"))
         }
         gltf::buffer::Source::Uri(uri) => {
-            let beside = format!("{folder}{}", uri.replace("%20", " "));
+            let name = uri.replace("%20", " ");
+            if !is_beside(&name) {
+                return Err(format!("its buffer `{name}` is not beside or below the file: keep it there"));
+            }
+            let beside = format!("{folder}{name}");
             open(&beside).map_err(|error| {
                 format!("cannot read its buffer `{beside}`: {error}; keep it beside the file")
             })
         }
     };
     document.buffers().map(read).collect()
+}
+
+/// Whether a path stays in the folder that it begins in, on every platform.
+fn is_beside(path: &str) -> bool {
+    let is_absolute = path.starts_with(['/', '\\']) || path.contains(':');
+    !is_absolute && path.split(['/', '\\']).all(|part| part != "..")
 }
 
 struct Reader<'b> {

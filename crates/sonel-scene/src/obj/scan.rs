@@ -46,9 +46,11 @@ pub(crate) fn scan(bytes: &[u8]) -> Scan {
     let mut lines = text.lines().enumerate();
     while let Some((index, line)) = lines.next() {
         let mut statement = without_comment(line).to_owned();
-        // A backslash at the end continues the statement in the next line.
-        while let Some(continued) = statement.trim_end().strip_suffix('\\').map(str::to_owned) {
-            statement = continued + " " + lines.next().map_or("", |(_, next)| without_comment(next));
+        // A backslash at the end continues the statement in the next line. What was read is not copied again.
+        while statement.trim_end().ends_with('\\') {
+            statement.truncate(statement.trim_end().len() - 1);
+            statement.push(' ');
+            statement.push_str(lines.next().map_or("", |(_, next)| without_comment(next)));
         }
         scanner.statement(index + 1, &statement);
     }

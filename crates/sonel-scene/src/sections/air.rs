@@ -1,9 +1,11 @@
 //! `[air]`
 
+use std::ops::RangeInclusive;
+
 use sonel_acoustics::{Air, Bands};
 use sonel_geometry::Geometry;
 
-use crate::document::{Number, Table};
+use crate::document::{Entry, Number, Table};
 use crate::report::Report;
 use crate::scene::{Scene, attenuation_per_band};
 
@@ -54,6 +56,20 @@ impl AirChoice {
     }
 }
 
+/// Speeds of sound that are believed [m/s]: any gas or liquid, also scale models.
+const SPEEDS: RangeInclusive<f64> = 1.0..=10_000.0;
+
+/// A speed of sound [m/s].
+pub(crate) fn read_speed(entry: &Entry<'_>, report: &mut Report<'_>) -> Option<f64> {
+    let speed = entry.positive(report)?;
+    if !SPEEDS.contains(&speed) {
+        let (low, high) = SPEEDS.into_inner();
+        entry.problem(report, &format!("{speed:e} m/s is outside {low} … {high} m/s"));
+        return None;
+    }
+    Some(speed)
+}
+
 /// Reads temperature and humidity of `air`, and checks all of its state.
 pub(crate) fn read_state(table: &Table<'_>, air: &mut Air, report: &mut Report<'_>) {
     let quantities = [
@@ -89,7 +105,7 @@ pub(crate) fn read(document: &Table<'_>, report: &mut Report<'_>) -> AirChoice {
         air.pressure_kpa = number.value;
     }
     read_state(&table, air, report);
-    choice.speed_of_sound = table.get("speed_of_sound").and_then(|entry| entry.speed(report));
+    choice.speed_of_sound = table.get("speed_of_sound").and_then(|entry| read_speed(&entry, report));
     choice.gradient = table.get(GRADIENT).and_then(|entry| entry.number(report));
     if let Some(attenuates) = table.get("attenuation").and_then(|entry| entry.flag(report)) {
         choice.attenuates = attenuates;

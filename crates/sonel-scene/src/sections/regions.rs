@@ -9,7 +9,7 @@ use crate::document::Table;
 use crate::media::{MediaFault, find_sides};
 use crate::report::Report;
 use crate::scene::{Source, attenuation_per_band};
-use crate::sections::air::{AirChoice, read_state};
+use crate::sections::air::{AirChoice, read_speed, read_state};
 use crate::sections::points::{Placed, read_names};
 use crate::{Media, Region};
 
@@ -84,7 +84,7 @@ fn read_one(
     if let (Some(entry), Some(_)) = (&stated, table.get("temperature_celsius")) {
         entry.problem(report, "given together with temperature_celsius; keep one of the two");
     }
-    let stated = stated.and_then(|entry| entry.speed(report));
+    let stated = stated.and_then(|entry| read_speed(&entry, report));
     let (speed_of_sound, density) = speed_and_density(scene, air, stated);
     let air_attenuation = if scene.attenuates() {
         attenuation_per_band(&air, &bands.bands)

@@ -148,6 +148,37 @@ fn inserted_blocks_are_scaled_turned_and_repeated() {
 }
 
 #[test]
+fn buffers_of_gltf_files_are_beside_them() {
+    for uri in ["../a.bin", "sub/../../a.bin", "/etc/passwd", "..\\\\a.bin", "C:/a.bin", "file:///a.bin"] {
+        let gltf = format!(
+            r#"{{"asset":{{"version":"2.0"}},"buffers":[{{"uri":"{uri}","byteLength":4}}],"scenes":[{{"nodes":[]}}]}}"#
+        );
+        let said = refused("a.gltf", gltf.as_bytes());
+        assert!(said.contains("is not beside or below the file"), "{uri}: {said}");
+    }
+}
+
+#[test]
+fn a_statement_of_many_lines_and_a_polygon_of_many_corners_take_no_longer_than_their_size() {
+    let begun = std::time::Instant::now();
+    let count = 20_000;
+    let mut obj = String::new();
+    for index in 0..count {
+        let (sin, cos) = (f64::from(index) / f64::from(count) * std::f64::consts::TAU).sin_cos();
+        obj += &format!("v {cos} {sin} 0\n");
+    }
+    obj += "f";
+    for index in 1..=count {
+        obj += &format!(" \\\n{index}");
+    }
+    let _ = load_with("a.obj", "", obj.as_bytes());
+    obj += &" \\\n".repeat(300_000);
+    let _ = load_with("a.obj", "", obj.as_bytes());
+    // With the square of their number these are minutes.
+    assert!(begun.elapsed() < std::time::Duration::from_secs(20), "{:?}", begun.elapsed());
+}
+
+#[test]
 fn colours_name_the_surfaces_of_stl_and_ply() {
     let mut stl = meshes::stl_binary(&room());
     for (i, attribute) in [(0, 0x8000u16 | 31 << 10), (1, 0x8000 | 31)] {

@@ -267,10 +267,10 @@ impl PreparedRendering<'_> {
             let header = self.map.header();
             let surroundings = Surroundings {
                 volume: self.geometry.volume(),
-                up: header.scene.up,
+                up: Some(header.scene.up),
                 seed: run.settings.seed.unwrap_or(header.settings.seed),
             };
-            let response = Response::of(run.response, Some(surroundings));
+            let response = Response::of(run.response, surroundings);
             let Self { warnings, grid, .. } = &self;
             let (warnings, grid) = (warnings.clone(), *grid);
             Ok(Rendered { response, classes, warnings, grid, is_reached, seconds, comparison, told })

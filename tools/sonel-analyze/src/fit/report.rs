@@ -188,7 +188,8 @@ fn csv(fit: &Fit, scene: &Scene, out: &mut dyn Write) -> anyhow::Result<()> {
     for one in &fit.coefficients {
         let numbers =
             [scene.bands.nominal()[one.band], one.start, one.value, one.interval[0], one.interval[1]];
-        let names = [scene.materials[one.material].name.clone(), one.coefficient.to_string()];
+        let name = sonel_analysis::cell::of_name(&scene.materials[one.material].name);
+        let names = [name.into_owned(), one.coefficient.to_string()];
         let fields = names.into_iter().chain(numbers.map(|number| number.to_string()));
         writer.write_record(fields.chain([word(&one.identifiability).to_owned()]))?;
     }

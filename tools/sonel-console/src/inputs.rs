@@ -1,0 +1,48 @@
+//! Files that a command line names, none of which is ever replaced.
+//!
+//! One rule for all options: a file that is the value of any argument but an output, or follows `=` in one, is an input.
+
+use std::ffi::{OsStr, OsString};
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+use clap::{ArgMatches, Parser};
+
+/// Arguments of the programs whose values are outputs.
+pub const OUTPUTS: [&str; 3] = ["output", "fix", "wav"];
+/// The argument whose file may be replaced: `--extend` with the same `--output` grows a map.
+pub const REPLACEABLE: &str = "extend";
+
+/// Inputs that the command line of this process names.
+static NAMED: OnceLock<Vec<PathBuf>> = OnceLock::new();
+
+/// Reads the command line of this process. The files that it names are inputs from then on ([`crate::output`]).
+#[must_use]
+pub fn parse<P: Parser>() -> P {
+    let matches = P::command().get_matches();
+    NAMED.get_or_init(|| named_by(&matches));
+    P::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut P::command()).exit())
+}
+
+/// Inputs that the command line of this process names; none where another program calls.
+pub(crate) fn named() -> &'static [PathBuf] {
+    NAMED.get().map_or(&[], Vec::as_slice)
+}
+
+/// Paths that arguments of a program and of its command name, but for outputs. Not all of them are files.
+#[must_use]
+pub fn named_by(matches: &ArgMatches) -> Vec<PathBuf> {
+    let is_input = |id: &&str| !OUTPUTS.contains(id) && *id != REPLACEABLE;
+    let ids = matches.ids().map(clap::Id::as_str).filter(is_input);
+    let values = ids.filter_map(|id| matches.get_raw(id)).flatten();
+    let mut named: Vec<PathBuf> = values.flat_map(in_value).collect();
+    named.extend(matches.subcommand().into_iter().flat_map(|(_, matches)| named_by(matches)));
+    named
+}
+
+/// The value itself, and what follows each of its `=`, as in `sources.stage.directivity=FILE`.
+fn in_value(value: &OsStr) -> impl Iterator<Item = PathBuf> + use<> {
+    let text = value.to_string_lossy().into_owned();
+    let parts: Vec<OsString> = text.match_indices('=').map(|(at, _)| text[at + 1..].into()).collect();
+    std::iter::once(value.to_owned()).chain(parts).map(PathBuf::from)
+}
