@@ -511,6 +511,41 @@ mod tests {
     use super::*;
     use glam::{dvec3, vec3};
 
+    /// The nearest point of all triangles, by the search through the tree and by looking at each: about a heap of random triangles, small
+    /// and large, near and a thousand extents away.
+    #[test]
+    fn the_nearest_point_is_that_of_a_full_scan() {
+        // Quasi-random: multiples of three irrational numbers fill a cube evenly.
+        let mut count = 0.0;
+        let mut within = |extent: f64| {
+            count += 1.0;
+            (dvec3(0.819_172_513, 0.671_043_607, 0.549_700_478) * count).fract() * 2.0 * extent - extent
+        };
+        let mut mesh = Mesh { vertices: Vec::new(), triangles: Vec::new() };
+        for number in 0..400_u32 {
+            let (place, size) = (within(5.0), if number % 10 == 0 { 3.0 } else { 0.2 });
+            mesh.vertices.extend([place, place + within(size), place + within(size)]);
+            mesh.triangles.push(crate::MeshTriangle {
+                corners: [0, 1, 2].map(|corner| 3 * number + corner),
+                material: 0,
+            });
+        }
+        let geometry = Geometry::build(mesh).unwrap();
+        let triangles = geometry.mesh.triangles.len() as u32;
+        for reach in [0.5, 5.0, 50.0, 5000.0] {
+            for _ in 0..100 {
+                let point = within(reach);
+                let distance =
+                    |triangle| closest_on_triangle(geometry.mesh.corners(triangle), point).distance(point);
+                let all = || (0..triangles).map(|triangle| (distance(triangle), triangle));
+                let least = |a: (f64, u32), b: (f64, u32)| if b < a { b } else { a };
+                let (nearest, triangle) = all().reduce(least).unwrap();
+                let (found, place) = geometry.closest_point(point);
+                assert_eq!((place.distance(point), found), (nearest, triangle), "{point}");
+            }
+        }
+    }
+
     #[test]
     fn a_shoebox_knows_itself() {
         let geometry = Geometry::build(Mesh::shoebox([10.0, 7.0, 3.0], [0, 1, 2, 3, 4, 5])).unwrap();
