@@ -16,6 +16,8 @@ mod losses;
 mod memory;
 mod partitions;
 mod planning;
+#[path = "../pipeline/readers.rs"]
+mod readers;
 #[path = "../physics/sound.rs"]
 mod sound;
 #[path = "../stability/cases/mod.rs"]
@@ -33,5 +35,7 @@ mod windows;
 const FORM: stability::Form = stability::Form::Long;
 /// Impulse responses of one echogram.
 const REALISATIONS: u64 = 400;
+/// Damaged copies of every seed of a reader.
+const COPIES: u64 = 5_000;
 /// Rays in each shipped room.
 const WATERTIGHT_RAYS: u32 = 1_000_000;

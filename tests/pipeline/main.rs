@@ -13,11 +13,15 @@ mod parameters;
 mod parts;
 mod placement;
 mod planning;
+mod readers;
 mod report;
 mod reproducible;
 mod revisions;
 mod sound;
 mod variants;
+
+/// Damaged copies of every seed of a reader.
+const COPIES: u64 = 60;
 
 use clap::Parser;
 use sonel_console::Outcome;

@@ -9,7 +9,7 @@ use clap::ValueEnum;
 
 use xtask::workspace;
 
-use crate::{cluster, container, documentation, python_package, report};
+use crate::{attack, cluster, container, documentation, python_package, report};
 
 /// A part of what is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -26,6 +26,8 @@ pub enum Part {
     Python,
     /// The report in a browser
     Report,
+    /// Programs killed, short of disk and memory, with damaged inputs
+    Attack,
     /// Statistical runs
     Tests,
 }
@@ -34,13 +36,14 @@ pub enum Part {
 pub fn run(part: Option<Part>) -> Result<()> {
     // What it needs where something of it cannot run.
     type Run = fn() -> Result<Option<&'static str>>;
-    let parts: [(Part, Run); 7] = [
+    let parts: [(Part, Run); 8] = [
         (Part::Documentation, || documentation::check().map(|()| None)),
         (Part::Packages, packages),
         (Part::Cluster, cluster::accept),
         (Part::Container, container::accept),
         (Part::Python, || python_package::accept().map(|()| None)),
         (Part::Report, report::accept),
+        (Part::Attack, || attack::accept().map(|()| None)),
         (Part::Tests, || tests().map(|()| None)),
     ];
     let mut left_out = Vec::new();

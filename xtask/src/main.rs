@@ -2,6 +2,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a chore reports to the person who runs it")]
 
 mod accept;
+mod attack;
 mod bench;
 mod ci;
 mod cluster;

@@ -70,37 +70,33 @@ fn files() -> MutexGuard<'static, Vec<PathBuf>> {
 #[cfg(unix)]
 pub fn remove_unfinished_files() -> std::io::Result<()> {
     use signal_hook::consts::{SIGHUP, TERM_SIGNALS};
+    failure::report();
     let mut signals = signal_hook::iterator::Signals::new(TERM_SIGNALS.iter().chain([&SIGHUP]))?;
     let wait = move || {
-        failure::waits_here();
+        failure::wait_here();
         if let Some(signal) = signals.forever().next() {
-            match failure::found() {
-                Some(failure::Failure { what, remedy, bytes: 0 }) => end(format_args!("{what}: {remedy}"), 2),
-                Some(failure::Failure { what, remedy, bytes }) => {
-                    end(format_args!("{what} ({bytes} bytes more): {remedy}"), 2)
+            match (failure::found(), PUBLISHED.load(Ordering::SeqCst)) {
+                (Some(failure), _) => end(format_args!("{failure}"), 2),
+                (None, 0) => end(format_args!("interrupted; older outputs are untouched"), 128 + signal),
+                (None, some) => {
+                    let text =
+                        format_args!("interrupted after {some} complete outputs; others are untouched");
+                    end(text, 128 + signal);
                 }
-                None => match PUBLISHED.load(Ordering::SeqCst) {
-                    0 => end(format_args!("interrupted; older outputs are untouched"), 128 + signal),
-                    some => end(
-                        format_args!("interrupted after {some} complete outputs; others are untouched"),
-                        128 + signal,
-                    ),
-                },
             }
         }
     };
-    std::thread::Builder::new().spawn(wait)?;
-    failure::report();
-    Ok(())
+    std::thread::Builder::new().spawn(wait).map(drop)
 }
 
-/// Removes unfinished files and ends the program.
+/// Removes unfinished files and ends the program; one of several threads does.
 #[cfg(unix)]
 fn end(message: std::fmt::Arguments<'_>, code: i32) -> ! {
     use std::io::{IsTerminal, Write};
-    // Held to the end, so that no file is begun or finished meanwhile.
-    let files = files();
-    for file in files.iter() {
+    failure::end_here();
+    // Held to the end, so that no file is begun or finished meanwhile. Who holds it may wait for ever: then files stay, and the next run removes them.
+    let files = (0..ATTEMPTS).find_map(|_| UNFINISHED.try_lock().ok().or_else(pause));
+    for file in files.iter().flat_map(|files| files.iter()) {
         let _ = std::fs::remove_file(file);
     }
     let mut log = std::io::stderr();
@@ -110,96 +106,111 @@ fn end(message: std::fmt::Arguments<'_>, code: i32) -> ! {
     std::process::exit(code)
 }
 
+/// Attempts to get the list of files, in hundredths of a second.
+#[cfg(unix)]
+const ATTEMPTS: usize = 100;
+
+#[cfg(unix)]
+fn pause<T>() -> Option<T> {
+    std::thread::sleep(std::time::Duration::from_millis(10));
+    None
+}
+
+/// Ends the program because so many `bytes` of memory were refused; returns where it handles no interruptions.
+pub(crate) fn out_of_memory(bytes: usize) {
+    #[cfg(unix)]
+    if failure::is_reported() {
+        end(format_args!("not enough memory ({bytes} bytes more): {}", failure::LESS), 2);
+    }
+    #[cfg(not(unix))]
+    let _ = bytes;
+}
+
 /// Failures that the system tells by a signal in the thread that failed. What the thread was about to do cannot be done: it stays in the
 /// handler, and the thread that waits for interruptions ends the program.
 #[cfg(unix)]
 mod failure {
     use std::cell::Cell;
-    use std::sync::atomic::{AtomicBool, AtomicI32, AtomicUsize, Ordering};
+    use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
     use std::time::Duration;
 
-    /// The signal of the first failure, or [`MEMORY`].
-    static FIRST: AtomicI32 = AtomicI32::new(0);
-    /// No signal: memory was refused.
-    const MEMORY: i32 = -1;
-    /// How much of it [bytes].
-    static BYTES: AtomicUsize = AtomicUsize::new(0);
+    /// The signal of the first failure.
+    static SIGNAL: AtomicI32 = AtomicI32::new(0);
     /// Whether failures are reported.
-    static IS_ON: AtomicBool = AtomicBool::new(false);
+    static IS_REPORTED: AtomicBool = AtomicBool::new(false);
+    /// Whether a thread waits for interruptions.
+    static IS_AWAITED: AtomicBool = AtomicBool::new(false);
+    /// Whether a thread ends the program.
+    static IS_ENDING: AtomicBool = AtomicBool::new(false);
 
     thread_local! {
-        /// Whether this is the thread that ends the program.
-        static IS_WAITING: Cell<bool> = const { Cell::new(false) };
+        /// Whether it is this one.
+        static ENDS_HERE: Cell<bool> = const { Cell::new(false) };
     }
 
-    /// What failed.
-    pub struct Failure {
-        pub what: &'static str,
-        pub remedy: &'static str,
-        /// Memory that was refused; 0 where that is not known.
-        pub bytes: usize,
-    }
+    /// What to do where memory is short.
+    pub const LESS: &str = "take fewer --threads or a wider --bin, divide the run or its receivers (--shard), or allow more memory (ulimit -v)";
 
-    /// The first failure.
-    pub fn found() -> Option<Failure> {
-        const LESS: &str = "take fewer --threads or a wider --bin, divide the run or its receivers (--shard), or allow more memory (ulimit -v)";
-        let (what, remedy, bytes) = match FIRST.load(Ordering::SeqCst) {
-            MEMORY => ("not enough memory", LESS, BYTES.load(Ordering::SeqCst)),
-            libc::SIGBUS => (
-                "an input was truncated or became unreadable (bus error)",
-                "do not change it during the run, check the disk, and run the command again",
-                0,
+    /// What failed, and what to do.
+    pub fn found() -> Option<String> {
+        match SIGNAL.load(Ordering::SeqCst) {
+            libc::SIGBUS => Some(
+                "an input was truncated or became unreadable (bus error): do not change it during the run, check the disk, and run the command again"
+                    .to_owned(),
             ),
-            libc::SIGABRT => ("the program was aborted; if memory is short", LESS, 0),
-            _ => return None,
-        };
-        Some(Failure { what, remedy, bytes })
-    }
-
-    /// Says that this thread ends the program.
-    pub fn waits_here() {
-        IS_WAITING.set(true);
-    }
-
-    /// Has the program ended by the thread that waits, where failures are reported; by nobody else.
-    pub fn out_of_memory(bytes: usize) {
-        if IS_ON.load(Ordering::SeqCst) {
-            BYTES.store(bytes, Ordering::SeqCst);
-            stay(MEMORY);
+            libc::SIGABRT => Some(format!("the program was aborted; if memory is short, {LESS}")),
+            _ => None,
         }
     }
 
-    extern "C" fn stay(failure: libc::c_int) {
-        if IS_WAITING.get() {
+    /// Says that this thread waits for interruptions.
+    pub fn wait_here() {
+        IS_AWAITED.store(true, Ordering::SeqCst);
+    }
+
+    /// Says that this thread ends the program. Returns once: another thread waits for the end, and this one, which failed at it, ends at once.
+    pub fn end_here() {
+        if ENDS_HERE.replace(true) {
             signal_hook::low_level::exit(2);
         }
-        let _ = FIRST.compare_exchange(0, failure, Ordering::SeqCst, Ordering::SeqCst);
-        // Allowed in a handler: an atomic, kill and sleep.
-        let _ = signal_hook::low_level::raise(libc::SIGTERM);
+        if IS_ENDING.swap(true, Ordering::SeqCst) {
+            stay();
+        }
+    }
+
+    fn stay() -> ! {
         loop {
             std::thread::sleep(Duration::from_secs(1));
         }
     }
 
-    /// From now on such failures are reported.
+    extern "C" fn fail(signal: libc::c_int) {
+        if ENDS_HERE.get() || !IS_AWAITED.load(Ordering::SeqCst) {
+            let _ = std::io::Write::write_all(&mut std::io::stderr(), b"error: not enough memory\n");
+            signal_hook::low_level::exit(2);
+        }
+        let _ = SIGNAL.compare_exchange(0, signal, Ordering::SeqCst, Ordering::SeqCst);
+        // Allowed in a handler: an atomic, kill and sleep.
+        let _ = signal_hook::low_level::raise(libc::SIGTERM);
+        stay();
+    }
+
+    /// Whether failures are reported.
+    pub fn is_reported() -> bool {
+        IS_REPORTED.load(Ordering::SeqCst)
+    }
+
+    /// From now on failures are reported.
     pub fn report() {
-        IS_ON.store(true, Ordering::SeqCst);
+        IS_REPORTED.store(true, Ordering::SeqCst);
         for signal in [libc::SIGBUS, libc::SIGABRT] {
             // SAFETY: the handler calls only what POSIX allows in one, and never returns to the code that failed.
             #[allow(unsafe_code)]
             unsafe {
-                libc::signal(signal, stay as extern "C" fn(libc::c_int) as libc::sighandler_t);
+                libc::signal(signal, fail as extern "C" fn(libc::c_int) as libc::sighandler_t);
             }
         }
     }
-}
-
-/// Has the program ended because so many `bytes` of memory were refused. Returns where nobody waits for failures.
-pub(crate) fn out_of_memory(bytes: usize) {
-    #[cfg(unix)]
-    failure::out_of_memory(bytes);
-    #[cfg(not(unix))]
-    let _ = bytes;
 }
 
 /// Does nothing here.

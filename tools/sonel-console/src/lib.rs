@@ -4,6 +4,7 @@ pub mod choices;
 pub mod clock;
 pub mod closed;
 pub mod count;
+mod defect;
 pub mod follower;
 pub mod inputs;
 pub mod interrupt;
@@ -49,6 +50,7 @@ pub fn run_to_exit(
     program: impl FnOnce(&mut dyn Write, &mut Log<'_>) -> anyhow::Result<Outcome> + Send,
 ) -> ExitCode {
     QUIET.store(quiet, Ordering::Relaxed);
+    defect::note_panics();
     let result = interrupt::remove_unfinished_files()
         .context("cannot handle signals")
         .and_then(|()| on_whole_stack(|| unless_closed(std::io::stdout(), log_stream(quiet), program)))
@@ -65,6 +67,7 @@ fn on_whole_stack<T: Send>(work: impl FnOnce() -> anyhow::Result<T> + Send) -> a
         let ended = thread.context("cannot start a thread: allow more memory (ulimit -v)")?.join();
         ended.unwrap_or_else(|panic| {
             inputs::require_unchanged()?;
+            defect::tell();
             std::panic::resume_unwind(panic)
         })
     })
@@ -188,7 +191,12 @@ fn in_words(text: &str) -> String {
 /// An error with its causes, and what to do where there is no memory, as when a map cannot be mapped.
 fn message(error: &anyhow::Error) -> String {
     let of_system = error.chain().filter_map(|cause| cause.downcast_ref::<std::io::Error>());
-    let is_memory = of_system.map(std::io::Error::kind).any(|kind| kind == std::io::ErrorKind::OutOfMemory)
+    let of_maps = error.chain().filter_map(|cause| match cause.downcast_ref()? {
+        sonel_map::MapError::Io(error) => Some(error),
+        _ => None,
+    });
+    let mut kinds = of_system.chain(of_maps).map(std::io::Error::kind);
+    let is_memory = kinds.any(|kind| kind == std::io::ErrorKind::OutOfMemory)
         || error.chain().filter_map(|cause| cause.downcast_ref()).any(sonel::Error::is_out_of_memory);
     let advice = if is_memory { ": give the program more memory or address space (ulimit -v)" } else { "" };
     format!("{error:#}{advice}")
@@ -262,5 +270,8 @@ mod tests {
             "{no_memory}"
         );
         assert!(!no_file.contains("ulimit"), "{no_file}");
+        let unmapped = sonel_map::MapError::Io(std::io::Error::from_raw_os_error(12));
+        let unmapped = message(&anyhow::Error::new(unmapped).context("hall.sonelmap"));
+        assert!(unmapped.ends_with("(ulimit -v)"), "{unmapped}");
     }
 }
