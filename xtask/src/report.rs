@@ -26,7 +26,7 @@ pub fn accept() -> Result<Option<&'static str>> {
     run("sonel-analyze", &["report", &response, &map, "--output", &report])?;
 
     let source = fs::read_to_string(&report)?;
-    let wanted = source.matches("class=\"chart ").count();
+    let wanted = source.matches("class=\"chart\"").count();
     let drawn = opened(&report)?.matches("class=\"plot-container").count();
     ensure!(wanted > 0 && drawn == wanted, "{drawn} of {wanted} charts are drawn");
     // A browser that tells of no failure would tell of none here.

@@ -62,6 +62,11 @@ impl Head {
         Ok(head)
     }
 
+    /// Responses `taps` at both ears for unit vectors towards the sources.
+    pub(crate) fn of_taps(directions: Vec<DVec3>, taps: Vec<[Vec<f64>; 2]>) -> Self {
+        Self { directions, taps }
+    }
+
     /// Index of the measured direction next to the unit vector `u`: x front, y left, z up.
     #[must_use]
     pub fn nearest(&self, u: DVec3) -> usize {

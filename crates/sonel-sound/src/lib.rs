@@ -20,6 +20,7 @@ mod iacc;
 pub mod impulse;
 pub mod pulses;
 pub mod resampling;
+mod sphere;
 pub mod wav;
 
 pub use convolution::convolve;

@@ -204,6 +204,12 @@ fn free_points(
 }
 
 impl GridCounts {
+    /// Points that are left out.
+    #[must_use]
+    pub fn left_out(self) -> usize {
+        self.on_surfaces + self.in_closed_objects + self.outside + self.at_sources
+    }
+
     /// Counts as `--json` prints them.
     pub fn json(self) -> Value {
         json!({
@@ -226,7 +232,7 @@ impl Display for GridCounts {
             (self.outside, "outside the room"),
             (self.at_sources, "at a source"),
         ];
-        let left_out: usize = parts.iter().map(|(count, _)| count).sum();
+        let left_out = self.left_out();
         let parts: Vec<String> = parts
             .iter()
             .filter(|(count, _)| *count > 0)

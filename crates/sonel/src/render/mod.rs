@@ -168,7 +168,7 @@ impl Map {
     /// The map with the materials and directivities that were asked for.
     fn changed(&self, options: &RenderOptions) -> Result<Changed<'_>> {
         let label = || self.label().to_owned();
-        let geometry = self.geometry()?;
+        let geometry = self.walls()?;
         if options.materials.is_none() && options.set.is_empty() {
             return Ok(Changed { map: Cow::Borrowed(self.sonels()), geometry, warnings: Vec::new() });
         }
