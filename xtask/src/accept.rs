@@ -9,7 +9,7 @@ use clap::ValueEnum;
 
 use xtask::workspace;
 
-use crate::{cluster, container, documentation, python_package, report};
+use crate::{cluster, container, documentation, python_package, view};
 
 /// A part of what is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -24,8 +24,8 @@ pub enum Part {
     Container,
     /// The Python wheel, its types and its notebook
     Python,
-    /// The report in a browser
-    Report,
+    /// The page of sonel-view in a browser
+    View,
     /// Statistical runs
     Tests,
 }
@@ -40,7 +40,7 @@ pub fn run(part: Option<Part>) -> Result<()> {
         (Part::Cluster, cluster::accept),
         (Part::Container, container::accept),
         (Part::Python, || python_package::accept().map(|()| None)),
-        (Part::Report, report::accept),
+        (Part::View, view::accept),
         (Part::Tests, || tests().map(|()| None)),
     ];
     let mut left_out = Vec::new();

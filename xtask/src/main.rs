@@ -12,7 +12,7 @@ mod pages;
 mod python;
 mod python_package;
 mod python_reader;
-mod report;
+mod view;
 mod slurm;
 mod tidy;
 
