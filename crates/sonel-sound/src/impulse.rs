@@ -12,8 +12,9 @@ use sonel_echogram::Response;
 use crate::ambisonics::{Frame, channels};
 use crate::crossover::Crossover;
 use crate::head::{self, Head};
-use crate::pulses::{self, Pulses};
-use crate::{SAMPLE_RATE_HZ, SoundError};
+use crate::plane_waves::PlaneWaves;
+use crate::pulses::Pulses;
+use crate::{SAMPLE_RATE_HZ, SoundError, fractional};
 
 /// Silence about the response in which the filters of bands ring behind those of a head: 0.17 s.
 const PADDING: usize = 2 * head::LONGEST;
@@ -34,7 +35,8 @@ impl<'a> Synthesizer<'a> {
     /// Another `seed` gives other signs and times of the pulses.
     #[must_use]
     pub fn new(response: &'a Response, volume: Option<f64>, seed: u64) -> Self {
-        let samples = pulses::sample_count(response);
+        let end = response.time_edges_s.last().copied().unwrap_or(0.0);
+        let samples = libm::round(end.max(0.0) * f64::from(SAMPLE_RATE_HZ)) as usize + 1;
         let length = (samples + 2 * PADDING).next_power_of_two();
         let mut planner = RealFftPlanner::new();
         let step_hz = f64::from(SAMPLE_RATE_HZ) / length as f64;
@@ -48,7 +50,7 @@ impl<'a> Synthesizer<'a> {
     /// # Errors
     /// When listed arrivals are not part of the echogram.
     pub fn impulse_response(&self, s: usize, r: usize) -> Result<Vec<f32>, SoundError> {
-        let pulses = Pulses::new(self.response, (s, r), self.volume, self.seed)?;
+        let pulses = self.pulses((s, r))?;
         Ok(self.filtered(&pulses, |_| &[1.0]))
     }
 
@@ -86,24 +88,40 @@ impl<'a> Synthesizer<'a> {
         Ok((0..2).map(|ear| self.filtered(&pulses, |pulse| head.taps(nearest[pulse], ear))).collect())
     }
 
+    fn pulses(&self, (s, r): (usize, usize)) -> Result<Pulses, SoundError> {
+        let waves = PlaneWaves::new(self.seed, s, self.volume, self.response.speed_of_sound);
+        Pulses::new(self.response, (s, r), waves)
+    }
+
     fn directed_pulses(&self, (s, r): (usize, usize), up: DVec3) -> Result<(Pulses, Frame), SoundError> {
         let directions = self.response.directions.as_ref().ok_or(SoundError::NoDirections)?;
-        let pulses = Pulses::new(self.response, (s, r), self.volume, self.seed)?;
+        let pulses = self.pulses((s, r))?;
         Ok((pulses, Frame::new(directions.lateral_axes[r].into(), up)))
     }
 
     /// The sum of all pulses, each with the taps of a filter, in their bands.
     fn filtered<'t>(&self, pulses: &Pulses, taps_of: impl Fn(usize) -> &'t [f64]) -> Vec<f32> {
         let bands = self.response.bands();
+        let mut trains = vec![self.forward.make_input_vec(); bands];
+        let mut convolved = Vec::new();
+        let all = pulses.time.iter().zip(pulses.amplitude.chunks_exact(bands));
+        for (pulse, (time, amplitude)) in all.enumerate() {
+            let (first, values) = fractional::pulse(time * f64::from(SAMPLE_RATE_HZ));
+            let taps = taps_of(pulse);
+            convolved.clear();
+            convolved.resize(values.len() + taps.len() - 1, 0.0);
+            for (at, tap) in taps.iter().enumerate() {
+                convolved[at..].iter_mut().zip(&values).for_each(|(sum, value)| *sum += tap * value);
+            }
+            let first = PADDING.saturating_add_signed(first);
+            for (train, amplitude) in trains.iter_mut().zip(amplitude) {
+                let places = train[first..].iter_mut().zip(&convolved);
+                places.for_each(|(sum, value)| *sum += amplitude * value);
+            }
+        }
         let mut spectrum = self.forward.make_output_vec();
         let mut sum = self.forward.make_output_vec();
-        for band in 0..bands {
-            let mut train = self.forward.make_input_vec();
-            let all = pulses.sample.iter().zip(pulses.amplitude.chunks_exact(bands));
-            for (pulse, (sample, amplitude)) in all.enumerate() {
-                let places = &mut train[PADDING + sample..];
-                places.iter_mut().zip(taps_of(pulse)).for_each(|(sum, tap)| *sum += amplitude[band] * tap);
-            }
+        for (band, mut train) in trains.into_iter().enumerate() {
             self.forward.process(&mut train, &mut spectrum).expect("buffers are the plan's own");
             for ((sum, value), gain) in sum.iter_mut().zip(&spectrum).zip(self.crossover.gains(band)) {
                 *sum += value * gain;
@@ -125,9 +143,10 @@ mod tests {
     use std::f64::consts::PI;
 
     const CENTERS: [f64; 3] = [500.0, 1000.0, 2000.0];
-    const DIRECT_TIME: f64 = 0.0123;
+    /// On sample 590.
+    const DIRECT_TIME: f64 = 590.0 / 48_000.0;
 
-    /// 4.2189 m from a source, with these energies of the direct sound and others in the bin behind it.
+    /// 4.216 m from a source, with these energies of the direct sound and others in the bin behind it.
     fn response(direct: [f64; 3], behind: [f64; 3]) -> Response {
         let bins = 200;
         let mut energy = vec![0.0; 3 * bins];
@@ -228,12 +247,13 @@ mod tests {
                 order: vec![1; count],
                 kind: vec![1; count],
             };
-            let pulses = crate::pulses::Pulses::new(&response, (0, 0), Some(100.0), 1).unwrap();
-            assert_eq!(pulses.sample.len(), count, "rounding is no sound");
+            let waves = PlaneWaves::new(1, 0, None, 343.0);
+            let pulses = Pulses::new(&response, (0, 0), waves).unwrap();
+            assert_eq!(pulses.time.len(), count, "rounding is no sound");
             // An arrival that the bin has not is still an error.
             let before = response.energy[12];
             response.energy[12] = before * 0.999_999;
-            assert!(crate::pulses::Pulses::new(&response, (0, 0), Some(100.0), 1).is_err());
+            assert!(Pulses::new(&response, (0, 0), waves).is_err());
         }
     }
 
@@ -338,6 +358,6 @@ mod tests {
         let mut response = response([0.001; 3], [0.002; 3]);
         response.arrivals.energy[1] = 0.01;
         let error = Synthesizer::new(&response, None, 1).impulse_response(0, 0).unwrap_err().to_string();
-        assert!(error.contains("\"seat\"") && error.contains("0.0123"), "{error}");
+        assert!(error.contains("\"seat\"") && error.contains("0.012292"), "{error}");
     }
 }
