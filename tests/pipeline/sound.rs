@@ -102,6 +102,28 @@ fn receivers_side_by_side_have_the_same_late_sound_and_distant_ones_do_not() {
     assert!(near > 0.99 && far < 0.9, "{near} {far}");
 }
 
+/// The same sound at another rate, and its direct sound at the sample of its time.
+#[test]
+fn impulse_responses_are_made_at_the_rate_that_is_asked_for() {
+    let folder = rendered();
+    let sounds = folder.path("slow").display().to_string();
+    render(&folder, "a.sonelmap", "b.npz", &["--wav", &sounds, "--wav-rate", "16000"]).unwrap();
+    let (fast, slow) = (read(&folder, FILE), read(&folder, "slow/1-speaker_1-listener.wav"));
+    assert_eq!((slow.sample_rate_hz, slow.channels[0].len()), (16_000, 16 * 600 + 1));
+    let spectrum = |recording: &Recording, frequency: f64| {
+        let turn = std::f64::consts::TAU * frequency / f64::from(recording.sample_rate_hz);
+        recording.channels[0].iter().enumerate().fold([0.0; 2], |[re, im], (at, sample)| {
+            let (sin, cos) = (turn * at as f64).sin_cos();
+            [re + f64::from(*sample) * cos, im - f64::from(*sample) * sin]
+        })
+    };
+    for frequency in [100.0, 440.0, 1500.0, 3700.0, 6000.0] {
+        let [a, b] = [&fast, &slow].map(|recording| spectrum(recording, frequency));
+        let off = (a[0] - b[0]).hypot(a[1] - b[1]) / a[0].hypot(a[1]);
+        assert!(off < 0.02, "{frequency} Hz: {off}");
+    }
+}
+
 /// A room with two boxes as furniture, whose edges send arrivals of all sizes.
 fn furnished(boxes: &[[f64; 6]]) -> String {
     let mut obj = "usemtl walls\n".to_owned();

@@ -28,9 +28,11 @@ pub use convolution::convolve;
 pub use error::SoundError;
 pub use head::Head;
 pub use iacc::{BandIacc, Iacc, iacc};
-pub use impulse::Synthesizer;
+pub use impulse::{SoundSettings, Synthesizer};
 pub use resampling::resample;
 pub use wav::Recording;
 
-/// Sample rate of impulse responses [Hz].
+/// Sample rate of impulse responses unless another one is asked for [Hz].
 pub const SAMPLE_RATE_HZ: u32 = 48_000;
+/// Sample rates of impulse responses [Hz].
+pub const SAMPLE_RATES_HZ: std::ops::RangeInclusive<u32> = 8000..=192_000;

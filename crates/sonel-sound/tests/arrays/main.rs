@@ -6,13 +6,13 @@ use glam::{DVec3, dvec3};
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 use sonel_echogram::{Arrivals, Response};
-use sonel_sound::Synthesizer;
+use sonel_sound::{SoundSettings, Synthesizer};
 
 const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
 const DISTANCES: [f64; 6] = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
 const AXES: [DVec3; 3] = [DVec3::X, DVec3::Y, DVec3::new(0.6, 0.0, 0.8)];
 const SPEED: f64 = 343.0;
-const VOLUME: Option<f64> = Some(200.0);
+const ROOM: SoundSettings = SoundSettings { volume: Some(200.0), seed: 1, sample_rate_hz: 48_000 };
 const PLACE: DVec3 = dvec3(5.0, 3.0, -1.0);
 const RATE: f64 = 48_000.0;
 /// Bins of 1 ms with late sound, as strong in each.
@@ -100,7 +100,7 @@ fn problems(seeds: u64, other: u64) -> Vec<String> {
     let mut sums = [[[0.0; 3]; OCTAVES.len()]; DISTANCES.len()];
     for seed in 1..=seeds {
         let of = |r: usize, seed: u64| {
-            let synthesizer = Synthesizer::new(&response, VOLUME, seed);
+            let synthesizer = Synthesizer::new(&response, SoundSettings { seed, ..ROOM });
             spectrum(&synthesizer.impulse_response(0, r).expect("arrivals of the echogram"))
         };
         let first = of(0, seed);
@@ -154,7 +154,7 @@ fn draws_of_their_own_at_every_receiver_are_told_from_a_diffuse_field() {
 fn a_receiver_that_moves_does_not_click() {
     let places: Vec<DVec3> = (0..30).map(|step| PLACE + 0.001 * f64::from(step) * AXES[2]).collect();
     let response = response(&places, false);
-    let synthesizer = Synthesizer::new(&response, VOLUME, 1);
+    let synthesizer = Synthesizer::new(&response, ROOM);
     let spectra: Vec<Spectrum> =
         (0..places.len()).map(|r| spectrum(&synthesizer.impulse_response(0, r).unwrap())).collect();
     for center in OCTAVES {
@@ -183,7 +183,7 @@ fn a_receiver_that_moves_does_not_click() {
 fn direct_sound_has_the_delay_of_its_way() {
     let places: Vec<DVec3> = DISTANCES.iter().map(|distance| PLACE + *distance * AXES[1]).collect();
     let response = response(&places, true);
-    let synthesizer = Synthesizer::new(&response, VOLUME, 1);
+    let synthesizer = Synthesizer::new(&response, ROOM);
     for (r, place) in places.iter().enumerate() {
         let found = spectrum(&synthesizer.impulse_response(0, r).unwrap());
         for line in (1..(20_000.0 * f64::from(1 << 15) / RATE) as usize).step_by(97) {
