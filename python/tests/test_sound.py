@@ -230,6 +230,16 @@ def test_a_head_of_another_sample_rate_is_converted(response, tmp_path, rate, of
     assert np.sum(found**2) == pytest.approx(np.sum(same**2), rel=0.01)
 
 
+def test_another_sample_rate_has_the_same_spectrum(response):
+    """Without a factor, below half of both rates."""
+    spectra = {}
+    for rate in (16_000, RATE):
+        samples = response.impulse_responses(sample_rate=rate)[0, 0, 0].astype(float)
+        frequencies = np.array([120.0, 500.0, 2100.0, 6500.0])
+        spectra[rate] = np.exp(-2j * np.pi * np.outer(frequencies, np.arange(len(samples))) / rate) @ samples
+    np.testing.assert_allclose(spectra[16_000], spectra[RATE], rtol=0.02)
+
+
 @pytest.mark.parametrize("kind", ["single", "binaural", "ambix"])
 def test_sofar_verifies_what_is_written_and_reads_the_same_samples(response, head, tmp_path, kind):
     options = {"single": {}, "binaural": {"hrtf": head}, "ambix": {"ambix": 1}}[kind]
@@ -262,6 +272,7 @@ def test_what_makes_no_sound_is_named(room, response, head, tmp_path):
         (lambda: bare.impulse_responses(hrtf=head), "--directions"),
         (lambda: response.impulse_responses(ambix=4), "order 1, 2 or 3"),
         (lambda: response.impulse_responses(ambix=1, hrtf=head), "exclude each other"),
+        (lambda: response.impulse_responses(sample_rate=7999), "give 8000 to 192000 Hz"),
         (lambda: response.impulse_responses(hrtf=tmp_path / "none.sofa"), "cannot read"),
         (lambda: response.impulse_responses(hrtf=tmp_path / "text.sofa"), "SimpleFreeFieldHRIR"),
         (lambda: bare.to_sofa(tmp_path / "room.hdf5"), "does not end in .sofa"),

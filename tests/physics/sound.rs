@@ -9,7 +9,7 @@ use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
-use sonel_sound::Synthesizer;
+use sonel_sound::{SoundSettings, Synthesizer};
 use sonel_testkit::exponential::ExponentialDecay;
 use sonel_testkit::uniform::Uniform;
 use sonel_tests::octaves::{Filter, measured};
@@ -94,9 +94,10 @@ fn realisations(response: &Response, expected: &Response, volume: Option<f64>) -
     let found: Vec<(Vec<f64>, Response)> = (1..=REALISATIONS)
         .into_par_iter()
         .map(|seed| {
-            let pressure = Synthesizer::new(response, volume, seed)
-                .impulse_response(0, 0)
-                .expect("arrivals of the echogram");
+            let pressure =
+                Synthesizer::new(response, SoundSettings { volume, seed, ..SoundSettings::default() })
+                    .impulse_response(0, 0)
+                    .expect("arrivals of the echogram");
             let received = |filter| measured(response, (0, 0), &pressure, filter);
             (read(&received(Filter::Sharp), Parameter::Level), received(Filter::Smooth))
         })
@@ -193,7 +194,8 @@ fn furnished(size: [f64; 3], boxes: &[[DVec3; 2]], source: [f64; 3], receivers: 
 #[test]
 fn furnished_rooms_have_impulse_responses() {
     let heard = |response: &Response| {
-        let synthesizer = Synthesizer::new(response, Some(50.0), 1);
+        let synthesizer =
+            Synthesizer::new(response, SoundSettings { volume: Some(50.0), ..SoundSettings::default() });
         (0..response.receivers())
             .map(|r| synthesizer.impulse_response(0, r).map(drop))
             .collect::<Result<Vec<()>, _>>()

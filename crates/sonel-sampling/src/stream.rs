@@ -27,10 +27,8 @@ pub enum Purpose {
     SpecularRay = 7,
     /// Choice of the sonels of one source that reach for receivers.
     SonelChoice = 8,
-    /// Signs and times of the pulses of an impulse response.
+    /// Plane waves of impulse responses.
     Pulse = 9,
-    /// Directions of these pulses.
-    PulseDirection = 10,
 }
 
 /// All streams of one purpose and owner (a source index, the bits of a receiver position): a key without a number.

@@ -15,7 +15,7 @@ use sonel_console::output::{Kind, Output};
 use sonel_console::progress::ProgressSink;
 use sonel_console::quantity::counted;
 use sonel_console::{Log, Outcome, use_threads};
-use sonel_sound::Synthesizer;
+use sonel_sound::{SoundSettings, Synthesizer};
 
 use sound::SoundFiles;
 
@@ -59,7 +59,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     output.write(|out| rendered.response.echograms().write(out).map(drop))?;
     if let Some(sounds) = sounds {
         let room = rendered.response.surroundings();
-        let synthesizer = Synthesizer::new(rendered.response.echograms(), room.volume, room.seed);
+        let settings =
+            SoundSettings { volume: room.volume, seed: room.seed, sample_rate_hz: arguments.wav_rate };
+        let synthesizer = Synthesizer::new(rendered.response.echograms(), settings);
         sounds.write(&synthesizer, scene.up)?;
         let files = counted(sounds.count(), "impulse response");
         follower.line(&format!("{files} written to {}", sounds.folder.display()))?;
