@@ -8,7 +8,7 @@ use smallvec::SmallVec;
 /// The triangles around one edge of a welded mesh.
 #[derive(Debug, Clone)]
 pub(crate) struct SharedEdge {
-    /// Its two vertices, the lower index first.
+    /// Vertices, the lower index first.
     pub ends: [u32; 2],
     /// Triangles with this edge in ascending order.
     pub faces: SmallVec<[u32; 2]>,
