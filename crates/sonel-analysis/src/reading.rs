@@ -34,6 +34,6 @@ impl<'a> Reading<'a> {
         weight: &mut PathWeight,
         visit: impl FnMut(&Segment<'_>),
     ) {
-        self.emissions.follow(source, path, unit, (&self.table, weight), visit);
+        self.emissions.follow(source, path, unit, &self.table, weight, visit);
     }
 }

@@ -277,8 +277,8 @@ fn sums(map: &SonelMap, geometry: &Geometry) -> Vec<Vec<Sums>> {
     let batches: Vec<(u32, u32)> = sources
         .flat_map(|source| (0..reading.emissions.layout.batches).map(move |batch| (source, batch)))
         .collect();
-    let found: Vec<Vec<Vec<Sums>>> =
-        batches.into_par_iter().map(|batch| sums_of_batch(&reading, &excess, geometry, batch)).collect();
+    let of = |(source, batch)| sums_of_batch(&reading, &excess, geometry, source, batch);
+    let found: Vec<Vec<Vec<Sums>>> = batches.into_par_iter().map(of).collect();
     let mut total = vec![vec![Sums::default(); reading.bands]; WINDOWS];
     for found in &found {
         for (mine, theirs) in total.iter_mut().flatten().zip(found.iter().flatten()) {
@@ -292,7 +292,8 @@ fn sums_of_batch(
     reading: &Reading<'_>,
     excess: &Excess,
     geometry: &Geometry,
-    (source, batch): (u32, u32),
+    source: u32,
+    batch: u32,
 ) -> Vec<Vec<Sums>> {
     let scene = &reading.map.header().scene;
     let step = scene.duration * scene.speed_of_sound / WINDOWS as f64;

@@ -224,7 +224,7 @@ pub fn fit(
         let is_settled = look.is_settled(&solved);
         let first = first.get_or_insert_with(|| look.clone());
         if is_settled || round == MOST_ROUNDS {
-            return search.summary(first, &look, &solved, (round, is_settled));
+            return search.summary(first, &look, &solved, round, is_settled);
         }
         let next = match &best {
             // Too long a step: half of it.
@@ -385,7 +385,8 @@ impl Search<'_> {
         first: &Look,
         last: &Look,
         solved: &[Vec<f64>],
-        (rounds, is_settled): (u32, bool),
+        rounds: u32,
+        is_settled: bool,
     ) -> Result<Fit, FitError> {
         let mut coefficients = Vec::new();
         let mut computed: Vec<(Option<f64>, f64)> = vec![(None, 0.0); self.measurements.len()];

@@ -114,16 +114,15 @@ impl EdgePath {
         let path = Unfolded::new(wedge.angle(), source, receiver, visible);
         let [low, high] = part.map(|z| rapidity(path.source, path.receiver, z));
         let mut pieces = Vec::with_capacity(3);
-        let nodes = (rule, smallest_k);
         if low < 0.0 && high > 0.0 {
-            pieces.push(path.piece(0.0, path.shortest, 2.0, nodes));
-            pieces.push(path.piece(-low, path.length(part[0]), -1.0, nodes));
-            pieces.push(path.piece(high, path.length(part[1]), -1.0, nodes));
+            pieces.push(path.piece(0.0, path.shortest, 2.0, rule, smallest_k));
+            pieces.push(path.piece(-low, path.length(part[0]), -1.0, rule, smallest_k));
+            pieces.push(path.piece(high, path.length(part[1]), -1.0, rule, smallest_k));
         } else {
             let (near, far) = if low.abs() < high.abs() { (0, 1) } else { (1, 0) };
             let at = [low.abs(), high.abs()];
-            pieces.push(path.piece(at[near], path.length(part[near]), 1.0, nodes));
-            pieces.push(path.piece(at[far], path.length(part[far]), -1.0, nodes));
+            pieces.push(path.piece(at[near], path.length(part[near]), 1.0, rule, smallest_k));
+            pieces.push(path.piece(at[far], path.length(part[far]), -1.0, rule, smallest_k));
         }
         Self { detour: path.length(way.clamp(part[0], part[1])), pieces }
     }
@@ -137,8 +136,7 @@ impl EdgePath {
         smallest_k: f64,
     ) -> Self {
         let path = Unfolded::new(angle, source, receiver, visible);
-        let nodes = (rule, smallest_k);
-        Self { detour: path.shortest, pieces: vec![path.piece(0.0, path.shortest, 2.0, nodes)] }
+        Self { detour: path.shortest, pieces: vec![path.piece(0.0, path.shortest, 2.0, rule, smallest_k)] }
     }
 
     /// Length of the shortest way over the edge [m].
@@ -224,7 +222,7 @@ impl Unfolded {
     }
 
     /// `share` times the stretch from η = `from` outwards, where the way has `length` [m].
-    fn piece(&self, from: f64, length: f64, share: f64, (rule, smallest_k): (&Rule, f64)) -> Piece {
+    fn piece(&self, from: f64, length: f64, share: f64, rule: &Rule, smallest_k: f64) -> Piece {
         let product = self.source.radius * self.receiver.radius;
         let half_from = libm::sinh(0.5 * from);
         // (cosh η − 1)/2 where the stretch begins.

@@ -73,9 +73,8 @@ pub fn join(parts: Vec<(String, Response)>) -> Result<Response, Vec<JoinError>> 
     }
     if let Some((_, _, reference, first)) = numbered.first() {
         let others = &numbered[1..];
-        problems.extend(
-            others.iter().flat_map(|(_, _, name, part)| differences((reference, first), (name, part))),
-        );
+        problems
+            .extend(others.iter().flat_map(|(_, _, name, part)| differences(reference, first, name, part)));
     }
     numbered.sort_by_key(|(index, ..)| *index);
     let twice = numbered.windows(2).filter(|pair| pair[0].0 == pair[1].0);
@@ -91,7 +90,7 @@ pub fn join(parts: Vec<(String, Response)>) -> Result<Response, Vec<JoinError>> 
 }
 
 /// In what two parts differ besides their receivers.
-fn differences((reference, a): (&String, &Response), (name, b): (&String, &Response)) -> Vec<JoinError> {
+fn differences(reference: &str, a: &Response, name: &str, b: &Response) -> Vec<JoinError> {
     let (here, there) = (shared(a), shared(b));
     let keys = here.keys().chain(there.keys().filter(|key| !here.contains_key(*key)));
     let said = |facts: &serde_json::Map<String, Value>, key: &str| {
@@ -99,8 +98,8 @@ fn differences((reference, a): (&String, &Response), (name, b): (&String, &Respo
     };
     keys.filter(|key| here.get(*key) != there.get(*key))
         .map(|key| JoinError::Differs {
-            name: name.clone(),
-            reference: reference.clone(),
+            name: name.to_owned(),
+            reference: reference.to_owned(),
             what: key.clone(),
             here: said(&here, key),
             there: said(&there, key),

@@ -96,7 +96,8 @@ impl Emissions {
         source: u32,
         path: PathView<'_>,
         unit: f64,
-        (table, weight): (&CoefficientTable, &mut PathWeight),
+        table: &CoefficientTable,
+        weight: &mut PathWeight,
         visit: impl FnMut(&Segment<'_>),
     ) {
         self.emit(source, path.emission, unit, weight);

@@ -435,7 +435,7 @@ fn read_header(sections: Sections<'_>, surfaces: &[SurfaceRow]) -> Result<MapHea
     let gradient = sections.optional(GRADIENT)?;
     let Sections { header, header_offset, .. } = sections;
     let damaged = |reason| MapError::Damaged { offset: header_offset, reason };
-    let mut header = record::header(header, mesh, (directivity, laws)).map_err(damaged)?;
+    let mut header = record::header(header, mesh, directivity, laws).map_err(damaged)?;
     variants::apply(variants, &mut header.scene).map_err(damaged)?;
     if let Some(record) = media {
         header.scene.media = Some(media::media(record, &header.scene, surfaces).map_err(damaged)?);

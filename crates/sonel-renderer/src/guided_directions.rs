@@ -59,13 +59,13 @@ impl GuidedDirections {
             share: energy / total,
         });
         let mut directions = Self { cells: vec![Cell { probability: 1.0, quarters: 0 }] };
-        directions.divide((0, 1.0), &mut seen.collect::<Vec<_>>(), [0.0; 2], 0);
+        directions.divide(0, 1.0, &mut seen.collect::<Vec<_>>(), [0.0; 2], 0);
         directions
     }
 
     /// Divides a cell with its lower `corner`, made by so many `divisions`, that holds `seen` and has a `share` of the directions that are
     /// not uniform.
-    fn divide(&mut self, (cell, share): (usize, f64), seen: &mut [Seen], corner: [f64; 2], divisions: u32) {
+    fn divide(&mut self, cell: usize, share: f64, seen: &mut [Seen], corner: [f64; 2], divisions: u32) {
         let (sum, squares) = seen
             .iter()
             .fold((0.0, 0.0), |(sum, squares), seen| (sum + seen.share, squares + seen.share * seen.share));
@@ -91,7 +91,7 @@ impl GuidedDirections {
         }
         for (quarter, (share, part)) in parts.into_iter().enumerate() {
             let corner = [corner[0] + side * (quarter % 2) as f64, corner[1] + side * (quarter / 2) as f64];
-            self.divide((first + quarter, share), part, corner, divisions + 1);
+            self.divide(first + quarter, share, part, corner, divisions + 1);
         }
     }
 

@@ -156,7 +156,7 @@ pub fn straight_length(scene: &Scene, geometry: &Geometry, source: usize, receiv
     }
     let Some(media) = &scene.media else { return position.distance(receiver) };
     let stretches = scene.stretches();
-    let parts = media.parts_between(geometry, (position, scene.air_at_source(source)), receiver);
+    let parts = media.parts_between(geometry, position, scene.air_at_source(source), receiver);
     parts.iter().map(|&(air, length)| length * stretches[air as usize]).sum()
 }
 

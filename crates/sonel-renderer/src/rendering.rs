@@ -155,7 +155,7 @@ impl Rendering {
 
     /// Extends the interval of `receiver` by what it may have missed, `unseen` [1/m²], in the bin of the first arrival at `time` [s]: a bias,
     /// half of which a kernel of half the area would show.
-    pub fn add_unseen(&mut self, (receiver, borders): (usize, &[f64]), time: f64, unseen: &[Lanes]) {
+    pub fn add_unseen(&mut self, receiver: usize, borders: &[f64], time: f64, unseen: &[Lanes]) {
         if unseen.largest() > 0.0 {
             for batch in &mut self.kernel_differences {
                 batch[receiver * self.columns.coarse].add_arrival(borders, time, unseen, 0.5);

@@ -64,7 +64,7 @@ pub(crate) fn read(name: &str, bytes: &[u8], bands: &Bands) -> Result<(Balloon, 
     let (is_pole, off_poles): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|row| row.is_pole());
     let polars = polar_axis(&off_poles)?;
     let azimuths = azimuth_axis(&off_poles)?;
-    let energies = fill(&is_pole, &off_poles, (&azimuths, &polars), bands.count())?;
+    let energies = fill(&is_pole, &off_poles, &azimuths, &polars, bands.count())?;
     let largest = off_poles.iter().map(|row| row.azimuth).fold(0.0, f64::max);
     if azimuths.count > 1 && largest <= 180.0 + ANGLE_TOLERANCE {
         let planes = if largest <= 90.0 + ANGLE_TOLERANCE { "both planes" } else { "the horizontal plane" };
@@ -276,7 +276,8 @@ fn usual_step(angles: &mut [f64]) -> f64 {
 fn fill(
     poles: &[&Row],
     off_poles: &[&Row],
-    (azimuths, polars): (&Axis, &Axis),
+    azimuths: &Axis,
+    polars: &Axis,
     bands: usize,
 ) -> Result<Vec<f64>, Problems> {
     let mut problems = Vec::new();

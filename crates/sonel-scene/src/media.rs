@@ -74,7 +74,8 @@ impl Media {
     pub fn parts_between(
         &self,
         geometry: &Geometry,
-        (from, mut air): (DVec3, u32),
+        from: DVec3,
+        mut air: u32,
         to: DVec3,
     ) -> Vec<(u32, f64)> {
         let direction = (to - from).as_vec3().normalize_or_zero();

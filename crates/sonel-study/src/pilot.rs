@@ -235,7 +235,7 @@ fn found(config: &PilotConfig<'_>, shorter: &Run, run: &Run, fewer: Option<&Rend
         rays: run.rays,
         casts_rays: run.rendered.casts_rays,
         columns: if config.render.directions { Columns::DIRECTED } else { Columns::PLAIN },
-        spreads: spreads(&found, (emissions, batches), share),
+        spreads: spreads(&found, emissions, batches, share),
         costs: costs(shorter, run, fewer),
     }
 }
@@ -281,7 +281,8 @@ fn render_with_fewer_rays(
 /// the variance.
 pub(crate) fn spreads(
     found: &[Reading],
-    (emissions, batches): (u64, u32),
+    emissions: u64,
+    batches: u32,
     share: impl Fn(Parameter) -> f64,
 ) -> Vec<Spread> {
     let spread = |reading: &Reading| Spread {

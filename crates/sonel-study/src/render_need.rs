@@ -61,7 +61,7 @@ impl Pilot {
             rays: last.rays,
             casts_rays: twice.is_some(),
             columns: Columns::PLAIN,
-            spreads: spreads(&found, (map.emissions, map.batches), share),
+            spreads: spreads(&found, map.emissions, map.batches, share),
             costs: Costs::default(),
         }
     }

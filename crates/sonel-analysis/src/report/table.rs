@@ -14,7 +14,7 @@ pub fn table(receivers: &[ReceiverParameters], title: &str, has_noise: bool) -> 
     let mut notes = Notes::default();
     let noise = if has_noise { "with noise" } else { "no noise" };
     let blocks: Vec<String> =
-        receivers.iter().map(|receiver| block(receiver, (title, noise), &mut notes)).collect();
+        receivers.iter().map(|receiver| block(receiver, title, noise, &mut notes)).collect();
     format!(
         "{}\n±: half-width of the 95 % interval; JND: just-noticeable difference; single: mean over the octaves of the single number\n{}",
         blocks.join("\n"),
@@ -22,7 +22,7 @@ pub fn table(receivers: &[ReceiverParameters], title: &str, has_noise: bool) -> 
     )
 }
 
-fn block(receiver: &ReceiverParameters, (title, noise): (&str, &str), notes: &mut Notes) -> String {
+fn block(receiver: &ReceiverParameters, title: &str, noise: &str, notes: &mut Notes) -> String {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING);
     let parameters: Vec<Parameter> =

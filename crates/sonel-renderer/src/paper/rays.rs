@@ -87,7 +87,7 @@ impl Paper {
                 // The first leg is left to the shadow ray.
                 if leg > 0
                     && let Some(sight) =
-                        looking.source_on((at, direction.as_dvec3()), end.map(|end| at.distance(end)), length)
+                        looking.source_on(at, direction.as_dvec3(), end.map(|end| at.distance(end)), length)
                 {
                     let fluence = sight.fluence * sensitivity / f64::from(self.rays);
                     found(Sight::Source(SourceSight { fluence, towards, ..sight }));
@@ -170,7 +170,8 @@ impl Looking<'_> {
     /// The source, if a leg of `leg` [m] (endless where it meets no wall) from `at` along `direction` comes by.
     fn source_on(
         &self,
-        (at, direction): (glam::DVec3, glam::DVec3),
+        at: glam::DVec3,
+        direction: glam::DVec3,
         leg: Option<f64>,
         length: f64,
     ) -> Option<SourceSight> {

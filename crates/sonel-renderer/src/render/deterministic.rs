@@ -111,7 +111,8 @@ impl Renderer<'_> {
     pub(crate) fn add_deterministic(
         &self,
         rendering: &mut Rendering,
-        (source, radiator): (usize, Radiator<'_>),
+        source: usize,
+        radiator: Radiator<'_>,
         image_sources: &ImageSources,
         receivers: &[PreparedReceiver],
         borders: &[Vec<f64>],
@@ -128,7 +129,7 @@ impl Renderer<'_> {
             .map(|(index, (receiver, borders))| {
                 let bands = 0..self.table.bands();
                 let others: Vec<f64> = bands.map(|band| rendering.energy(index, band)).collect();
-                self.arrivals_at(index, &emitted, receiver, (borders, &others))
+                self.arrivals_at(index, &emitted, receiver, borders, &others)
             })
             .collect();
         for (index, part) in parts.into_iter().enumerate() {
@@ -151,7 +152,8 @@ impl Renderer<'_> {
         index: usize,
         emitted: &Emitted<'_>,
         receiver: &PreparedReceiver,
-        (borders, others): (&'b [f64], &[f64]),
+        borders: &'b [f64],
+        others: &[f64],
     ) -> Part<'b> {
         let Emitted { air, radiator, image_sources, over_edges } = *emitted;
         let air = self.airs.air(air);

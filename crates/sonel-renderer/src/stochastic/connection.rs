@@ -92,7 +92,8 @@ impl ClassDeposits<'_> {
         &mut self,
         arriving: Arriving,
         energy: &mut [Lanes],
-        (gain, coarse): (f64, u32),
+        gain: f64,
+        coarse: u32,
         medium: &Medium<'_>,
     ) {
         self.add(arriving, energy, medium);
@@ -116,7 +117,7 @@ pub(crate) fn connect(
 ) {
     for (index, receiver) in receivers.iter().enumerate() {
         if let Some(leg) = medium.table.propagation().leg(sonel.position.as_dvec3(), receiver.exact) {
-            connect_by_arc(sonel, (index, receiver), &leg, medium, scratch, deposits);
+            connect_by_arc(sonel, index, receiver, &leg, medium, scratch, deposits);
             continue;
         }
         let offset = receiver.position - sonel.position;
@@ -150,7 +151,8 @@ pub(crate) fn connect(
 #[cold]
 fn connect_by_arc(
     sonel: &DiffuseSonel<'_>,
-    (index, receiver): (usize, &PreparedReceiver),
+    index: usize,
+    receiver: &PreparedReceiver,
     leg: &Leg,
     medium: &Medium<'_>,
     scratch: &mut [Lanes],

@@ -99,7 +99,7 @@ pub(crate) fn cross<'a>(
         scratch.set_times(piece.energy, fluence);
         medium.receive(receiver, (length - piece.fades_from).max(0.0), scratch);
         let arriving = Arriving { receiver: index, towards: -along, length, bin };
-        deposits.add_from_kernel(arriving, scratch, (chord.gain, coarse(index, bin)), medium);
+        deposits.add_from_kernel(arriving, scratch, chord.gain, coarse(index, bin), medium);
     }
 }
 

@@ -87,7 +87,7 @@ pub(crate) fn read(
         }
         (Some(mesh), None) => {
             let stated = unit.map(|unit| Stated { unit, up: document.get("mesh_up").is_some() });
-            read_mesh(&mesh, stated.zip(weld), materials, (open_mesh, made), report)
+            read_mesh(&mesh, stated.zip(weld), materials, open_mesh, made, report)
         }
         (None, Some(shoebox)) => {
             if let Some(entry) = document.get("mesh_unit") {
@@ -140,7 +140,8 @@ fn read_mesh(
     entry: &Entry<'_>,
     stated: Option<(Stated, f64)>,
     materials: &[Material],
-    (open_mesh, made): (OpenMesh<'_>, Option<&PolygonMesh>),
+    open_mesh: OpenMesh<'_>,
+    made: Option<&PolygonMesh>,
     report: &mut Report<'_>,
 ) -> Option<Walls> {
     let path = entry.filled_text(report)?;

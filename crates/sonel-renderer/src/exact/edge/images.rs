@@ -172,7 +172,8 @@ impl<'t> Images<'t> {
     pub(super) fn views(
         &self,
         edges: &Edges,
-        (geometry, table): (&Geometry, &CoefficientTable),
+        geometry: &Geometry,
+        table: &CoefficientTable,
         image: usize,
         edge: usize,
     ) -> Arc<Vec<View>> {
@@ -180,7 +181,7 @@ impl<'t> Images<'t> {
         if let Some(known) = views().get(&(image, edge)) {
             return known.clone();
         }
-        let seen = Arc::new(self.look(edges, (geometry, table), image, edge).unwrap_or_default());
+        let seen = Arc::new(self.look(edges, geometry, table, image, edge).unwrap_or_default());
         views().insert((image, edge), seen.clone());
         seen
     }
@@ -188,7 +189,8 @@ impl<'t> Images<'t> {
     fn look(
         &self,
         edges: &Edges,
-        (geometry, table): (&Geometry, &CoefficientTable),
+        geometry: &Geometry,
+        table: &CoefficientTable,
         image: usize,
         index: usize,
     ) -> Option<Vec<View>> {
@@ -196,7 +198,7 @@ impl<'t> Images<'t> {
         let within = of.within_beam(edge, OFF_THE_MIRROR * f64::from(geometry.resolution()))?;
         let part = edge.wedge.between(within);
         let point = edge.wedge.locate(of.displaced)?;
-        let seen = stretches(&part, |place| self.seen_past(edges, (geometry, table), image, (edge, place)));
+        let seen = stretches(&part, |place| self.seen_past(edges, geometry, table, image, edge, place));
         let view = |((objects, through), parts): (Seen, Vec<[f64; 2]>)| {
             let parts = parts.into_iter().map(|part| part.map(|along| along + within[0])).collect();
             View { point, parts, objects, through }
@@ -209,9 +211,11 @@ impl<'t> Images<'t> {
     fn seen_past(
         &self,
         edges: &Edges,
-        (geometry, table): (&Geometry, &CoefficientTable),
+        geometry: &Geometry,
+        table: &CoefficientTable,
         image: usize,
-        (edge, place): (&RoomEdge, DVec3),
+        edge: &RoomEdge,
+        place: DVec3,
     ) -> Option<Seen> {
         let (mut passed, mut objects) = (Vec::new(), Vec::new());
         let place = place + edge.off;

@@ -178,7 +178,7 @@ impl ImageTree {
             let validated = if table.transmits() {
                 self.validate_through(geometry, node, from, &passes)
             } else {
-                let leaving = self.validate(geometry, node, (from, None), |_| false);
+                let leaving = self.validate(geometry, node, from, None, |_| false);
                 leaving.map(|leaving| (leaving, Sight::default()))
             };
             let Some((leaving, sight)) = validated else { continue };
@@ -286,7 +286,7 @@ impl ImageTree {
         point: DVec3,
         left: Option<PlaneId>,
     ) -> Option<DVec3> {
-        self.validate(geometry, &self.nodes[image], (point, left), |_| false)
+        self.validate(geometry, &self.nodes[image], point, left, |_| false)
     }
 
     /// Whether nothing but what is `ignored` is on the way from the origin over the chain of image number `image` to `place` [m], in general
@@ -298,7 +298,7 @@ impl ImageTree {
         place: DVec3,
         ignored: impl FnMut(&Crossed) -> bool,
     ) -> bool {
-        self.validate(geometry, &self.nodes[image], (place, None), ignored).is_some()
+        self.validate(geometry, &self.nodes[image], place, None, ignored).is_some()
     }
 
     /// The longest chain along which the mirror path from the origin in `direction` runs, and all its beginnings: image
@@ -332,7 +332,8 @@ impl ImageTree {
         &self,
         geometry: &Geometry,
         leaf: &Node,
-        (from, mut left): (DVec3, Option<PlaneId>),
+        from: DVec3,
+        mut left: Option<PlaneId>,
         mut ignored: impl FnMut(&Crossed) -> bool,
     ) -> Option<DVec3> {
         if !self.is_in_beam(leaf, from, 0.0) {
@@ -340,7 +341,7 @@ impl ImageTree {
         }
         let mut point = from;
         for node in self.chain(leaf) {
-            point = met(geometry, node, (point, left), &mut ignored)?;
+            point = met(geometry, node, point, left, &mut ignored)?;
             left = Some(geometry.surface(node.mirror.surface).plane);
         }
         let is_blocked = geometry.visit_between([point, self.origin], left, |face| !ignored(&face));
@@ -365,7 +366,7 @@ impl ImageTree {
         for _ in 0..MOST_ROUNDS {
             let seen = as_seen(geometry, &chain, &assumed);
             let mut legs: SmallVec<[Sight; 8]> = smallvec![Sight::default(); chain.len() + 1];
-            let leaving = self.follow_back(geometry, &chain, (from, &seen), passes, &mut legs);
+            let leaving = self.follow_back(geometry, &chain, from, &seen, passes, &mut legs);
             let is_same = |(leg, assumed): (&Sight, &DVec3)| geometry.is_same_shift(leg.shift, *assumed);
             if legs.iter().zip(&assumed).all(is_same) {
                 let surfaces = legs.iter().flat_map(|leg| leg.surfaces.iter().copied()).collect();
@@ -383,7 +384,8 @@ impl ImageTree {
         &self,
         geometry: &Geometry,
         chain: &[&Node],
-        (from, shifts): (DVec3, &[DVec3]),
+        from: DVec3,
+        shifts: &[DVec3],
         passes: &dyn Fn(SurfaceId) -> bool,
         legs: &mut [Sight],
     ) -> Option<DVec3> {
@@ -430,7 +432,8 @@ fn thickest(geometry: &Geometry, table: &CoefficientTable) -> f64 {
 fn met(
     geometry: &Geometry,
     node: &Node,
-    (point, left): (DVec3, Option<PlaneId>),
+    point: DVec3,
+    left: Option<PlaneId>,
     mut ignored: impl FnMut(&Crossed) -> bool,
 ) -> Option<DVec3> {
     let Node { mirror, image, .. } = *node;

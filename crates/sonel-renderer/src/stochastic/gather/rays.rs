@@ -158,7 +158,7 @@ pub(crate) fn cast(
             disc(shares.gathered, Sonels::All);
             disc(shares.followed, Sonels::NotFollowed);
             if shares.followed > 0.0 {
-                let on = ray.followed(medium, &hit, normal, (&row.diffuse.energy, shares.followed));
+                let on = ray.followed(medium, &hit, normal, &row.diffuse.energy, shares.followed);
                 found(Found::Near(on.near_place(hit.surface, normal, choices.point(near_places)[0])));
                 let point = if ray.is_scattered { stream.uniform_pair() } else { onward.point(near_places) };
                 let on = on.scattered(normal, point).met_at_its_angle(medium.table, hit.surface);
@@ -298,13 +298,7 @@ impl Ray {
     }
 
     /// The ray at `hit`, with the part of what is reflected there that it goes on for.
-    fn followed(
-        &self,
-        medium: &Medium<'_>,
-        hit: &Hit,
-        normal: Vec3,
-        (diffuse, share): (&[Lanes], f64),
-    ) -> Self {
+    fn followed(&self, medium: &Medium<'_>, hit: &Hit, normal: Vec3, diffuse: &[Lanes], share: f64) -> Self {
         Self {
             throughput: product(&self.throughput, diffuse, share),
             direction: normal,

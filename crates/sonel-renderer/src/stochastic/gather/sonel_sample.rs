@@ -132,15 +132,11 @@ impl SonelSample {
 
     /// What a receiver at `position` (about the scene's centre [m]) sees.
     #[must_use]
-    pub(crate) fn seen_from(
-        &self,
-        (geometry, table): (&Geometry, &CoefficientTable),
-        position: Vec3,
-    ) -> Outlook {
+    pub(crate) fn seen_from(&self, geometry: &Geometry, table: &CoefficientTable, position: Vec3) -> Outlook {
         let mut seen = Vec::new();
         for part in 0..PARTS {
             let sonels = self.sonels.iter().skip(part).step_by(PARTS);
-            seen.extend(sonels.filter_map(|sonel| sonel.seen_from((geometry, table), position)));
+            seen.extend(sonels.filter_map(|sonel| sonel.seen_from(geometry, table, position)));
             if seen.len() >= ENOUGH {
                 break;
             }
@@ -164,11 +160,7 @@ impl SonelSample {
 
 impl SampledSonel {
     /// What it sends to `position`; [`None`] where something is between, or it sends nothing there.
-    fn seen_from(
-        &self,
-        (geometry, table): (&Geometry, &CoefficientTable),
-        position: Vec3,
-    ) -> Option<SeenSonel> {
+    fn seen_from(&self, geometry: &Geometry, table: &CoefficientTable, position: Vec3) -> Option<SeenSonel> {
         let row = table.mean_row(self.surface);
         let offset = position - self.position;
         let projected = offset.dot(self.normal);
