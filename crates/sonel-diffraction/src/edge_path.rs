@@ -28,7 +28,7 @@ use crate::wedge::{Wedge, WedgePoint, apex, index, rapidity};
 const NEAREST: f64 = 1e-9;
 /// Shortest path that the above refers to [m]: between two points on the edge the field stays finite.
 const SHORTEST: f64 = 1e-3;
-/// Nearest that a path comes to the boundary of a wave [rad]: the wave's half is complete there.
+/// Least angle between a path and the boundary of a wave [rad]: nearer, half of the wave is there. Errors of 1e-9 in its amplitude follow.
 const BOUNDARY: f64 = 1e-9;
 
 /// Whether the waves that an edge may cut off reach the receiver, as far as the caller knows; the angles decide the rest.
@@ -41,7 +41,7 @@ pub struct Visibility {
     pub direct: Option<bool>,
     /// The mirror images in the first and in the second face.
     pub faces: [Option<bool>; 2],
-    /// Angle from the boundary [rad] within which the above is believed rather than the position.
+    /// Angle from the boundary [rad] within which the above counts rather than the position.
     pub within: f64,
 }
 

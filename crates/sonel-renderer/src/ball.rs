@@ -15,16 +15,17 @@ use glam::{DVec3, Vec3};
 use sonel_geometry::{Departure, Geometry};
 use sonel_sampling::{ScrambledSobol, warp};
 
-/// What the squared part of the radius at which a segment passes is multiplied by, so that the digits behind the point choose.
+/// Factor on the squared share of the radius at which a segment passes; the digits behind the point then choose by chance.
 const DIGITS: f64 = 10_000.0;
 /// Rays that measure how much of a ball a receiver sees: a standard error of some thousandths.
 const RAYS: u32 = 8192;
 
-/// Part of the way to the nearest surface that a ball takes in an open scene.
-const CLEARANCE: f64 = 0.95;
-/// By how much the radius grows, and from which path length on [mean free paths].
+/// Largest radius over the distance to the nearest surface [1] of a ball that must hold no wall. Chosen; at 1 it touches the wall.
+pub(crate) const CLEARANCE: f64 = 0.95;
+/// Factors on the radius [1] and the path lengths [mean free paths] from which on they count. With four times the radius at the end levels were
+/// up to 0.2 dB too high.
 const GROWTH: [(f64, f64); 4] = [(1.0, 0.0), (1.25, 16.0), (1.6, 32.0), (2.0, 64.0)];
-/// Part of the first radius for paths that were reflected specularly alone.
+/// Factor on the first radius for paths that were reflected specularly alone [1]: with 1 the hall was 1.2 % too loud from 0.2 to 0.5 s.
 const MIRRORED: f64 = 0.5;
 /// Part of the way to the next interface that the ball of refracted beams takes: the bias stays below 0.14 dB up to 87° from the normal,
 /// where a ball that touches the interface is 0.5 dB too loud.

@@ -6,10 +6,11 @@ use crate::directions::Columns;
 use crate::path_class::PathClass;
 use sonel_map::{BandClasses, BandValues, Lanes, lanes_of};
 
-/// A relative variance below this is rounding.
+/// Relative variance below which values differ by rounding alone [1]: (1e-7)², single precision.
 const ROUNDING: f64 = 1e-14;
 
-/// A room that decays by less than this in a whole run has not been seen to decay.
+/// Least decay in a whole run that counts as one [nepers]: 0.04 dB. It keeps the rate positive; doubled, rooms without absorption are taken to
+/// decay in half the time.
 const SLOWEST_NEPERS: f64 = 0.01;
 
 /// A discrete arrival at a receiver.

@@ -16,7 +16,8 @@ use crate::receiver::{PreparedReceiver, axes};
 use crate::regions::RegionAir;
 use crate::rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
 
-/// Mirror arrivals up to this order are listed one by one unless an order was asked for.
+/// Order up to which image-source arrivals are listed one by one unless an order was asked for. Chosen, not measured; doubled, a box lists
+/// 2625 arrivals instead of 377.
 const LISTED_ORDER: u32 = 6;
 
 /// The classes, as [`Part`] lists them.

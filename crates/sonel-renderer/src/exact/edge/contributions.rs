@@ -21,17 +21,19 @@ use super::{Edges, ReceiverContext, RoomEdge, VisibleWave};
 
 /// Share of a receiver's energy in every band that is left out: 0.05 dB.
 const DROPPED: f64 = 0.0116;
-/// Share of the energies of contributions that their sum has at least, as far as this is concerned.
+/// Least energy of a sum of contributions over the sum of their energies [1] that is counted on: they may interfere. Chosen, not measured;
+/// doubled, more is left out.
 const FOUND: f64 = 0.5;
-/// Most contributions of a receiver.
+/// Most contributions of a receiver. Chosen, not measured: it bounds the time; doubled, receivers among many edges take twice as long.
 const BUDGET: usize = 1024;
 /// A contribution is computed where its bound is this share of a band's energy, 0.03 dB: so little an image source may step where an edge that is
 /// left out cuts it off. In eight rooms with four boxes each levels are 0.05 dB off, rms, and 0.3 at most (0.15 and 0.9 without edges); half of
 /// this changes neither, three times as much makes them 0.1 and 0.5. Over hidden direct sound it is the share of its loudest one.
 const LEAST: f64 = 0.007;
-/// So many of the last tell which share of their bounds contributions bring.
+/// Number of the last contributions that give the ratio of energies to bounds. Chosen, not measured; doubled, the ratio follows the order of
+/// contributions later.
 const SURE: usize = 256;
-/// Half the relative width of a band that two waves have to turn against one another in, to interfere no more [1].
+/// Half the relative width of an octave [1], (√2 − 1/√2)/2: waves that turn against one another in it interfere no more.
 const HALF_BAND: f64 = 0.35;
 
 /// What is passed.
@@ -238,7 +240,8 @@ impl Search<'_> {
         Some(Ends { images: [source, receiver], factor, straight, is_visible, place })
     }
 
-    /// The most that a contribution brings per band, by itself [1/m²], and by interference with an amplitude of 1 [1/m].
+    /// Upper bounds of what a contribution adds per band by itself [1/m²], and by interference with an amplitude of 1 [1/m]: a quarter of the
+    /// energy at Fresnel number 0, 1/(20 N) far from it, as behind a barrier [ISO9613-2].
     fn bounds<'a>(
         &'a self,
         ends: &'a Ends<'_>,

@@ -20,13 +20,14 @@ use sonel_geometry::PlaneId;
 use super::objects::Objects;
 use super::{EdgeArrival, VisibleWave};
 
-/// Ways over edges that differ by no more than this are one arrival [m]: those of hidden image sources, and those beside visible ones.
+/// Differences of path length up to which paths over edges are one arrival [m]: of hidden image sources (29 ms), and beside visible ones (3 ms).
+/// Chosen, not measured; doubled, arrivals are fewer and their times less certain.
 const SAME_ARRIVAL: [f64; 2] = [10.0, 1.0];
 
 /// Fresnel number at which half of the amplitude of a hidden image in a face is added to that of the image source past the edge. The smaller it
 /// is the more is right in shadow.
 const HALF: f64 = 0.2;
-/// A Fresnel number at which nothing is near.
+/// Fresnel number that stands for infinity: shares N²/(N² + 0.04) are 1 to 4e-14.
 const FAR: f64 = 1e6;
 
 /// Where an image source is seen from the receiver, and in which planes.

@@ -40,7 +40,7 @@ use waves::Waves;
 use field::Place;
 pub(crate) use images::Images;
 
-/// Places that differ by no more than so many resolutions are the same.
+/// Distance up to which positions are the same [resolutions]: corners may be off by one each. The rest is a margin, chosen.
 const SAME_PLACE: f64 = 8.0;
 
 /// How far off an edge [resolutions] the places are at which it is looked at: corners of the mesh may be one off its line.

@@ -15,9 +15,10 @@ use super::mirror::Mirror;
 use super::visibility::smooth;
 use super::{Edges, ReceiverContext, RoomEdge};
 
-/// Sine of the angle over a face from which on an end is in front of it.
+/// Sine of the angle over a face from which on an end is in front of it: 6°, where a mirrored wave is complete. Chosen, not measured; doubled,
+/// mirrored waves fade in over 12°.
 const IN_FRONT: f64 = 0.1;
-/// Nearest that an end counts to be to an edge where its place is in doubt [m].
+/// Least distance from an edge that the doubt about an end's angle is computed with [m]; it keeps the quotient finite.
 const NEAREST: f64 = 1e-3;
 
 /// Computes contributions at a receiver.

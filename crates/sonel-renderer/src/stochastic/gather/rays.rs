@@ -24,10 +24,12 @@ pub(crate) struct GatherSettings {
     pub by_mirrors: bool,
 }
 
-/// Splitting: a ray whose weight in any band exceeds so many times its initial weight goes on in parts of less weight.
+/// Splitting: a ray whose weight in any band exceeds this many times its initial weight goes on in parts of 2 … 4 times. Chosen, not measured;
+/// doubled, fewer rays of more weight follow a focus.
 const HEAVY: f64 = 4.0;
-/// A ray that carries less than this part of what it left with, in every band, goes on by roulette. Where hard walls face each other, few rays
-/// bring most of the late energy after twenty reflections: roulette at each of them would leave so few that their number alone decides the noise of T30.
+/// Russian roulette below this share of the initial weight in every band [1]. Where hard walls face each other, few rays bring most of the late
+/// energy after twenty reflections: roulette at each of them would leave so few that their number alone decides the noise of T30. Chosen, not
+/// measured; doubled, it begins 3 dB earlier.
 pub(crate) const LIGHT: f64 = 0.02;
 
 /// Energies or factors per band, in place for up to eight bands: discs and rays are made by the million.
