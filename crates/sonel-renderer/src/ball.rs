@@ -34,7 +34,7 @@ const REFRACTED_CLEARANCE: f64 = 0.5;
 /// Radii within which a path is near: 256 of them are where one crosses the ball.
 const NEARBY: f64 = 16.0;
 
-/// What a path is to the ball that it crosses.
+/// Kind of a path for the ball that it crosses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Beam {
     /// Reflected diffusely.
@@ -46,11 +46,11 @@ pub(crate) enum Beam {
 }
 
 impl Beam {
-    /// All of them.
+    /// All kinds.
     pub(crate) const ALL: [Self; 3] = [Self::Diffused, Self::Mirrored, Self::Refracted];
 }
 
-/// What is about a receiver.
+/// Surroundings of a receiver.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Surroundings {
     /// How far the sound that comes to it goes at a time [m]: the mean free path, of what comes from farther off the distance.
@@ -117,13 +117,13 @@ impl Balls {
 /// A ball about a receiver.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct ReceiverSphere {
-    /// Its centre about the scene's centre [m].
+    /// Centre relative to the scene's centre [m].
     center: DVec3,
-    /// Its radius [m].
+    /// Radius [m].
     radius: f64,
-    /// What the receiver sees of it [m³].
+    /// Volume visible from the receiver [m³].
     volume: f64,
-    /// What the receiver sees of the ball of half the cross section [m³].
+    /// Visible volume of the ball of half the cross section [m³].
     inner_volume: f64,
     /// Whether no surface reaches into it.
     is_whole: bool,
@@ -134,9 +134,9 @@ pub(crate) struct ReceiverSphere {
 pub(crate) struct Chord {
     /// Distance from the start of the segment at which its line passes the centre [m].
     pub at: f64,
-    /// Its length per volume [1/m²].
+    /// Length per volume [1/m²].
     pub fluence: f64,
-    /// How many times as much the ball of half the cross section finds.
+    /// Ratio of the estimate of the ball of half the cross section to this one [1].
     pub gain: f64,
 }
 
@@ -152,7 +152,7 @@ fn distances(geometry: &Geometry, center: DVec3) -> Vec<f64> {
 }
 
 impl ReceiverSphere {
-    /// What a packet of energy 1 brings on average where it crosses the ball [1/m²].
+    /// Mean fluence of a packet of energy 1 that crosses the ball [1/m²].
     #[must_use]
     pub(crate) fn fluence_per_crossing(&self) -> f64 {
         1.0 / (PI * self.radius * self.radius)

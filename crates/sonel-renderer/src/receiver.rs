@@ -12,7 +12,7 @@ use crate::guided_directions::GuidedDirections;
 /// A place where the echogram is wanted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReceiverPoint {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Position in the scene's axes [m].
     pub position: DVec3,
@@ -82,7 +82,7 @@ pub(crate) struct PreparedReceiver {
     pub stretch: f64,
     /// How sensitive it is.
     pub sensitivity: Sensitivity,
-    /// Its lateral axis, where directions are asked for.
+    /// Lateral axis, where directions are asked for.
     pub lateral_axis: Option<DVec3>,
 }
 

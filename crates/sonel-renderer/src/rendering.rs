@@ -49,9 +49,9 @@ pub struct Rendering {
     pub class_energies: [Vec<f64>; PathClass::ALL.len()],
     /// Weighted mean over the batches of the squares of their energies, as `class_energies`.
     squares: [Vec<f64>; PathClass::ALL.len()],
-    /// What went past the balls of all receivers.
+    /// Packets that passed near the balls of all receivers.
     pub(crate) crossings: Crossings,
-    /// What packets carried at [`TimeBins::marks`], per unit emitted energy and band [1].
+    /// Energy under way at [`TimeBins::marks`], per unit emitted energy and band [1].
     pub under_way: [Vec<f64>; 2],
     /// K.
     pub mirror_order: u32,
@@ -59,11 +59,11 @@ pub struct Rendering {
     pub image_order: Vec<u32>,
     /// Radius of every receiver's sphere [m].
     pub sphere_radius: Vec<f64>,
-    /// What was computed over edges at every receiver; empty without edges.
+    /// Completeness of the edge contributions at every receiver; empty without edges.
     pub edge_work: Vec<EdgeWork>,
 }
 
-/// How much of what edges do at a receiver was computed.
+/// Completeness of the edge contributions at a receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeWork {
     /// Number of contributions that were computed.
@@ -105,7 +105,7 @@ impl Rendering {
         }
     }
 
-    /// All energy of a receiver in a band [1/m²].
+    /// Total energy of a receiver in a band [1/m²].
     #[must_use]
     pub fn energy(&self, receiver: usize, band: usize) -> f64 {
         self.total.sum(receiver * self.columns.fine, band)

@@ -78,7 +78,7 @@ impl Paper {
         self.source_radius[source]
     }
 
-    /// Who owns `class`.
+    /// Estimator of `class`.
     #[must_use]
     pub(crate) fn owner(&self, class: PathClass) -> &'static str {
         match class {

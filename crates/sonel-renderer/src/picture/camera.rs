@@ -32,7 +32,7 @@ pub enum CameraError {
     Direction {
         /// Where it is [m].
         eye: DVec3,
-        /// What it looks at [m].
+        /// Point at the middle of the picture [m].
         look: DVec3,
     },
     /// A field of view that no plane picture has.

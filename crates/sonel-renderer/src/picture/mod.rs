@@ -41,7 +41,7 @@ const MOST_VALUES: u64 = 1 << 28;
 /// Energy on surfaces as a camera sees it. Pixels are in rows from the top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
-    /// What each pixel shows; [`None`] where no surface is.
+    /// Hit of each pixel; [`None`] where no surface is.
     pub seen: Vec<Option<Hit>>,
     /// By window of time.
     pub windows: Vec<WindowPicture>,

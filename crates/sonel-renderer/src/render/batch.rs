@@ -33,11 +33,11 @@ const BATCHES_IN_FLIGHT: u32 = 8;
 pub(crate) struct BatchEstimate {
     deposits: Deposits,
     sums: [Vec<Lanes>; PathClass::ALL.len()],
-    /// What went past the balls of the receivers.
+    /// Packets that passed near the balls of the receivers.
     pub crossings: Crossings,
     kernel: KernelDifference,
     axes: Axes,
-    /// What packets carry at [`TimeBins::marks`](crate::deposit::TimeBins::marks).
+    /// Energy under way at [`TimeBins::marks`](crate::deposit::TimeBins::marks).
     under_way: [Vec<Lanes>; 2],
 }
 
@@ -110,7 +110,7 @@ impl BatchEstimate {
         }
     }
 
-    /// Where the estimator of `class` leaves its energy.
+    /// Accumulators of the estimator of `class`.
     pub(crate) fn class(&mut self, class: PathClass) -> ClassDeposits<'_> {
         ClassDeposits {
             deposits: &mut self.deposits,
@@ -152,7 +152,7 @@ pub(crate) struct ReceiverGroup<'a> {
     others: Vec<AssignedClasses>,
     /// For places next to receivers; none where no receiver has such places.
     source: Option<NearSource<'a>>,
-    /// Which sonels are connected to them.
+    /// Sonels that are connected to the receivers.
     selection: Option<&'a SonelSelection>,
 }
 
@@ -160,7 +160,7 @@ pub(crate) struct ReceiverGroup<'a> {
 struct Scratch {
     choices: Vec<Stream>,
     selector: Selector,
-    /// What a selected sonel carries, with those that it stands for.
+    /// Energy of a selected sonel, with those that it stands for.
     selected: Vec<Lanes>,
     /// The discs of the batch's rays, where any are cast.
     index: Option<GatherIndex<GatherPoint>>,
@@ -344,7 +344,7 @@ impl Renderer<'_> {
         }
     }
 
-    /// What lies between sonels and receivers.
+    /// Medium between sonels and receivers.
     pub(crate) fn medium(&self) -> Medium<'_> {
         Medium {
             geometry: self.geometry,

@@ -23,7 +23,7 @@ const LISTED_ORDER: u32 = 6;
 /// The classes, as [`Part`] lists them.
 const CLASSES: [PathClass; 3] = [PathClass::Direct, PathClass::ImageSource, PathClass::Edge];
 
-/// What is common to all receivers of a source.
+/// Deterministic sound of a source, common to all receivers.
 struct Emitted<'a> {
     /// Number of the air at the source.
     air: u32,
@@ -33,7 +33,7 @@ struct Emitted<'a> {
     over_edges: Option<(&'a Edges, &'a Images<'a>)>,
 }
 
-/// What arrives at one receiver.
+/// Deterministic arrivals at one receiver.
 struct Part<'a> {
     renderer: &'a Renderer<'a>,
     index: usize,
@@ -147,7 +147,7 @@ impl Renderer<'_> {
         }
     }
 
-    /// What arrives at `receiver` number `index`, where all other classes bring `others` per band [1/m²].
+    /// Arrivals at `receiver` number `index`, where all other classes bring `others` per band [1/m²].
     fn arrivals_at<'b>(
         &'b self,
         index: usize,

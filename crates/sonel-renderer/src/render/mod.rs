@@ -48,13 +48,13 @@ pub const RAYS_IN_FLIGHT: u32 = 8192;
 /// map states.
 const MOST_AIR_NODES: usize = 1 << 22;
 
-/// What a rendering of a map needs besides the map, its walls and the receivers: for one choice of settings and materials, at any receivers.
+/// State of a rendering that no receiver changes: for one choice of settings and materials.
 pub struct Preparation {
     pub(crate) settings: RenderSettings,
     pub(crate) bins: TimeBins,
     /// The airs of the scene.
     pub(crate) airs: Airs,
-    /// What every air takes of what packets carry.
+    /// Attenuation, in every air, of the energies that packets carry.
     pub(crate) carried_air: AirTable,
     /// Bands that neither coefficients nor air tell apart: all estimators work on these.
     pub(crate) classes: BandClasses,
@@ -67,7 +67,7 @@ pub struct Preparation {
     pub(crate) image_order: u32,
     /// Image sources of each source, found when they are first asked for.
     pub(crate) image_sources: Vec<OnceLock<ImageSources>>,
-    /// What a part of the sonels of each source tells before anything is rendered.
+    /// Surveys of the sonels, by source.
     pub(crate) surveys: Vec<SonelSurvey>,
     /// Surfaces laid out and how rays gather on them; none where a forced estimator does without.
     pub(crate) gather: Option<(Vec<Sheet>, GatherSettings)>,
@@ -180,7 +180,7 @@ impl<'a> Renderer<'a> {
         Self { map, geometry, prepared, batches: map.header().settings.batches }
     }
 
-    /// What it was prepared with, for [`Self::resume`].
+    /// The preparation, for [`Self::resume`].
     #[must_use]
     pub fn preparation(&self) -> Arc<Preparation> {
         Arc::clone(&self.prepared)

@@ -167,7 +167,7 @@ impl Renderer<'_> {
     }
 }
 
-/// Where a ray stands and how it goes on.
+/// State of a ray.
 struct Way {
     departure: Departure,
     direction: glam::Vec3,

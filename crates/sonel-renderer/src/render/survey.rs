@@ -14,10 +14,10 @@ use crate::stochastic::selection::{Neighbourhoods, Selector, SonelCounts, SonelS
 /// from half the sonels.
 const BATCHES_PER_SURVEYED: usize = 8;
 
-/// What is known of the sonels of one source.
+/// Survey of the sonels of one source.
 #[derive(Debug, Clone)]
 pub(crate) struct SonelSurvey {
-    /// How they are selected; none where no sonel reaches for a receiver.
+    /// Their selection; none without sonels for a receiver.
     pub selection: Option<SonelSelection>,
     /// Some of them.
     pub sample: SonelSample,

@@ -30,7 +30,7 @@ const EARLY_PER_LATE: f64 = 14.0;
 /// early windows cost twice as many connections.
 const LEAST: f64 = 0.1;
 
-/// Which sonels are about the same time and place.
+/// Grid of times and places for sonels.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Neighbourhoods {
     lanes: usize,
@@ -66,7 +66,7 @@ impl Neighbourhoods {
     }
 }
 
-/// What sonels carry, by time, place and band.
+/// Energies of sonels by time, place and band.
 #[derive(Debug, Clone)]
 pub(crate) struct SonelCounts {
     neighbourhoods: Neighbourhoods,
@@ -97,7 +97,7 @@ impl SonelCounts {
         self.squares.add(&other.squares);
     }
 
-    /// How sonels are selected, and whether early ones are thinned out.
+    /// Selection of sonels, and whether early ones are thinned out.
     #[must_use]
     pub(crate) fn selection(&self, thins: bool) -> SonelSelection {
         let thinned = if thins { EARLY_PER_LATE * self.late_per_early() } else { f64::INFINITY };
@@ -159,7 +159,7 @@ impl SonelCounts {
     }
 }
 
-/// How sonels are selected.
+/// Selection of sonels.
 #[derive(Debug, Clone)]
 pub(crate) struct SonelSelection {
     neighbourhoods: Neighbourhoods,

@@ -36,7 +36,7 @@ const SURE: usize = 256;
 /// Half the relative width of an octave [1], (√2 − 1/√2)/2: waves that turn against one another in it interfere no more.
 const HALF_BAND: f64 = 0.35;
 
-/// What is passed.
+/// Edges that are passed.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Over {
     /// An edge, by its index.
@@ -63,12 +63,12 @@ pub(super) struct Ranked {
     bounds: Vec<[f64; 2]>,
     /// Sums over those still to come per band: of energies, and of squares of interference.
     rest: Vec<[f64; 2]>,
-    /// What has been found per band [1/m²].
+    /// Energy found per band [1/m²].
     found: Vec<f64>,
     /// Energies of the last that were computed per band: at most, and in truth [1/m²]. Each counts 1 − 1/[`SURE`] of the next.
     computed: Vec<[f64; 2]>,
     next: usize,
-    /// How many may be computed.
+    /// Number of contributions that may be computed.
     heavy: usize,
 }
 
@@ -298,7 +298,7 @@ impl Ranked {
         }
     }
 
-    /// How many have been computed.
+    /// Number of contributions computed.
     #[must_use]
     pub(super) fn computed(&self) -> usize {
         self.next
@@ -322,7 +322,7 @@ impl Ranked {
     }
 }
 
-/// Where the image source is that is seen past the edges between two images.
+/// Position of the image source that is seen past the edges between two images.
 pub(super) fn place(source: &Image, receiver: &Image) -> Place {
     let planes = source.mirrors.iter().chain(&receiver.mirrors).map(|mirror| (mirror.plane, mirror.object));
     Place::new(receiver.unfold(source.position), planes, Vec::new())
@@ -335,7 +335,7 @@ fn lies_off(edge: &RoomEdge, ends: &Ends<'_>) -> bool {
         .all(|image| edge.faces.iter().any(|face| face.height(image.displaced) > 0.0) || edge.wedge.is_rim())
 }
 
-/// Where on an edge the way between two places is shortest [m].
+/// Point of an edge on the shortest path between two positions [m].
 pub(super) fn nearest(wedge: &Wedge, from: DVec3, to: DVec3) -> DVec3 {
     super::visibility::over_edge(wedge, from, to).1
 }

@@ -24,7 +24,7 @@ use crate::partition::is_partition;
 const IMAGES: usize = 256;
 /// Most images times edges, which bounds time and memory; rooms of more than 32 edges have fewer images. Chosen, not measured.
 const IMAGES_TIMES_EDGES: usize = 1 << 13;
-/// How far off a mirror, in resolutions, an edge lies at least that it shows: corners may be one off their planes.
+/// Least distance from a mirror of an edge that it shows [resolutions]: corners may be one off their planes. The rest is a margin, chosen.
 pub(super) const OFF_THE_MIRROR: f64 = 8.0;
 
 /// An end of a path, or its image in mirrors.
@@ -44,7 +44,7 @@ pub(super) struct Image {
     sides: Vec<DVec3>,
 }
 
-/// What of an edge is visible from an image.
+/// Parts of an edge that are visible from an image.
 #[derive(Debug)]
 pub(super) struct View {
     /// The image about the edge.
@@ -60,10 +60,10 @@ pub(super) struct View {
 /// Objects and materials of partitions.
 type Seen = (Vec<u32>, Vec<u32>);
 
-/// What has been looked at, by image and edge.
+/// Views computed so far, by image and edge.
 type Views = HashMap<(usize, usize), Arc<Vec<View>>>;
 
-/// All images of one end.
+/// Images of one end.
 pub(crate) struct Images<'t> {
     tree: Option<&'t ImageTree>,
     /// The end first, then by order.
@@ -84,7 +84,7 @@ impl Image {
         self.mirrors.len() as u32
     }
 
-    /// Where what is at `point` behind the mirrors appears from the end of the path.
+    /// Image of `point`, behind the mirrors, as seen from the end of the path.
     pub(super) fn unfold(&self, point: DVec3) -> DVec3 {
         self.mirrors.iter().rev().fold(point, |point, mirror| mirror.image(point))
     }
@@ -168,7 +168,7 @@ impl<'t> Images<'t> {
         self.order
     }
 
-    /// What of an edge is visible from an image: the same parts through the same partitions together.
+    /// Parts of an edge that are visible from an image, those through the same partitions together.
     #[must_use]
     pub(super) fn views(
         &self,

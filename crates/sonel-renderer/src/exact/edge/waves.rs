@@ -37,15 +37,15 @@ pub(super) struct Waves<'a> {
 struct FaceImage {
     /// None where nobody knows whether it is visible.
     group: Option<usize>,
-    /// How far it is from the receiver [m].
+    /// Distance from the receiver [m].
     straight: f64,
-    /// How far both ends are in front of the face: 0 … 1.
+    /// Share by which both ends are in front of the face: 0 … 1.
     in_front: f64,
     /// In which direction its sound meets the face [m].
     incident: DVec3,
 }
 
-/// What mirrors, air and directivity leave of a contribution, and where it is heard.
+/// Factor of mirrors, air and directivity on a contribution, and its direction of arrival.
 struct EdgeRoute {
     group: usize,
     object: u32,

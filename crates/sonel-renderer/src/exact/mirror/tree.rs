@@ -22,10 +22,10 @@ const ORDER_LIMIT: u32 = 24;
 /// Thicknesses of the thickest partition by which ways may be shifted out of their beams: a row of three rooms, and back.
 const SHIFTS: f64 = 4.0;
 
-/// How far outside its beam a chain is still tried [rad]: beams are cut a resolution inside the surfaces that they light.
+/// Angle outside its beam up to which a chain is tried [rad]: beams are cut a resolution inside the surfaces that they light.
 const BEAM_SLACK: f64 = 1e-4;
 
-/// How far behind its plane a mirror's triangles are looked for, in resolutions: corners may be one off the plane of their surface.
+/// Depth behind its plane to which a mirror's triangles are sought [resolutions]: corners may be one off the plane of their surface.
 const DEPTH: f64 = 2.0;
 
 /// Height over a mirror, in resolutions, up to which a facet only touches it. What is cut off there grows with the beams behind it, which are
@@ -46,7 +46,7 @@ pub(crate) struct ImageTree {
     /// That position in general position, of which the nodes are images.
     origin: DVec3,
     lanes: usize,
-    /// How far partitions may shift a way out of its beam [m].
+    /// Largest shift of a path out of its beam by partitions [m].
     slack: f64,
 }
 
@@ -238,7 +238,7 @@ impl ImageTree {
         (0..=self.order).take_while(|&order| self.count(order) <= most).last().unwrap_or(0)
     }
 
-    /// Where image number `image` of the radiator is about the scene's centre [m], and where it is in general position.
+    /// Position of image number `image` of the radiator relative to the scene's centre [m], as it is and in general position.
     #[must_use]
     pub(crate) fn positions(&self, image: usize) -> [DVec3; 2] {
         let Node { of_radiator, image, .. } = self.nodes[image];
@@ -493,7 +493,7 @@ fn reflected(geometry: &Geometry, mirror: Mirror, point: DVec3) -> DVec3 {
     point - 2.0 * height(geometry, mirror, point) * normal
 }
 
-/// Where the line from `point`, on the mirror's side, to `image`, behind it, crosses its plane.
+/// Point where the line from `point`, on the mirror's side, to `image`, behind it, crosses its plane.
 fn crossing(geometry: &Geometry, mirror: Mirror, point: DVec3, image: DVec3) -> Option<DVec3> {
     let (above, below) = (height(geometry, mirror, point), height(geometry, mirror, image));
     (above > 0.0 && below < 0.0).then(|| point + (image - point) * (above / (above - below)))

@@ -33,13 +33,13 @@ pub(crate) struct Disc {
     pub place: u32,
     /// Centre in the plane of the surface [m].
     pub centre: DVec2,
-    /// Its radius [m].
+    /// Radius [m].
     pub radius: f64,
-    /// What it sees of its surface.
+    /// Visible part of the surface.
     pub view: View,
 }
 
-/// What a disc sees of its surface.
+/// Visible part of a disc's surface.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct View {
     /// Area that lies on the surface and is seen from the centre [m²].
@@ -113,7 +113,7 @@ impl Sheet {
         left.min(right) > BORDER_RESOLUTIONS * resolution
     }
 
-    /// What the disc of `radius` about `centre`, a point of the surface, sees of one side of it.
+    /// Part of one side of the surface that is visible in the disc of `radius` [m] about `centre`, a point of it.
     #[must_use]
     pub(crate) fn view(&self, side: Side, centre: DVec2, radius: f64) -> View {
         let inner_radius = radius * FRAC_1_SQRT_2;

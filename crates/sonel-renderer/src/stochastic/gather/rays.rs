@@ -13,7 +13,7 @@ use crate::stochastic::connection::normal_on;
 use crate::stochastic::gather::sonel_sample::SonelSample;
 use crate::stochastic::medium::Medium;
 
-/// How rays gather.
+/// Settings of rays that gather.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GatherSettings {
     /// Rays of one receiver in one batch.
@@ -40,17 +40,17 @@ pub(crate) type Weight = SmallVec<[Lanes; 2]>;
 pub(crate) struct GatherPoint {
     /// Number of the receiver.
     pub receiver: u32,
-    /// Where it gathers.
+    /// The disc.
     pub disc: Disc,
     /// Length of the ray [m].
     pub length: f64,
-    /// Where its last leg began, about the scene's centre [m].
+    /// Start of the ray's last leg, relative to the scene's centre [m].
     pub start: DVec3,
     /// (4π/M) · T · δ / (π A) per band, times the share that is gathered [1/m²].
     pub weight: Weight,
     /// Whether the receiver sees the last diffuse reflection without a mirror.
     pub seen_directly: bool,
-    /// Which sonels it gathers.
+    /// Sonels that it gathers.
     pub sonels: Sonels,
     /// Where the ray left the receiver to.
     pub towards: Vec3,
@@ -62,7 +62,7 @@ impl AsRef<Disc> for GatherPoint {
     }
 }
 
-/// Which sonels a disc gathers.
+/// Sonels that a disc gathers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Sonels {
     /// Each of them.
@@ -76,11 +76,11 @@ pub(crate) enum Sonels {
 pub(crate) struct NearPlace {
     /// The surface that it is on.
     pub surface: SurfaceId,
-    /// Where it is [m].
+    /// Position [m].
     pub position: Vec3,
     /// Normal of its surface on the side that is seen.
     pub normal: Vec3,
-    /// How a ray leaves it.
+    /// Start of a ray from it.
     pub departure: Departure,
     /// Length of the way to the receiver [m].
     pub length: f64,
@@ -94,7 +94,7 @@ pub(crate) struct NearPlace {
     pub towards: DVec3,
 }
 
-/// What a visibility ray finds.
+/// Finding of a visibility ray.
 #[derive(Debug)]
 pub(crate) enum Found {
     /// A disc that gathers.
@@ -103,7 +103,7 @@ pub(crate) enum Found {
     Near(NearPlace),
 }
 
-/// Who looks, and for whom.
+/// Receiver and targets of rays.
 #[derive(Clone, Copy)]
 pub(crate) struct Observer<'a> {
     /// Number of the receiver.
@@ -174,7 +174,7 @@ pub(crate) fn cast(
     }
 }
 
-/// What becomes of the diffuse reflection that a ray meets; the rest is left to connections.
+/// Treatment of the diffuse reflection that a ray meets; the rest is left to connections.
 #[derive(Debug, Clone, Copy)]
 struct Shares {
     /// Share that a disc gathers there.
@@ -188,15 +188,15 @@ struct Shares {
 struct Ray {
     departure: Departure,
     direction: Vec3,
-    /// Where it left the receiver to.
+    /// Direction in which it left the receiver.
     towards: Vec3,
-    /// Where it goes on from, about the scene's centre [m].
+    /// Start of its next leg, relative to the scene's centre [m].
     at: DVec3,
     /// Per band.
     throughput: Weight,
-    /// What it carried of the strongest band when it left; partitions on its way take their part of this, too.
+    /// Weight in the strongest band at its start, less the losses in partitions on the way.
     usual: f64,
-    /// Its way so far [m].
+    /// Path length so far [m].
     length: f64,
     /// Mirrors met before the first diffuse reflection.
     reflections: u32,

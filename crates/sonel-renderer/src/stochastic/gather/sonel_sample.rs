@@ -31,7 +31,7 @@ const NEAR_PER_FREE_PATH: f32 = 0.05;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SonelSample {
     sonels: Vec<SampledSonel>,
-    /// How many arrived on each side of a surface.
+    /// Numbers of arrivals on each side of a surface.
     arrived: Vec<u32>,
 }
 
@@ -48,16 +48,16 @@ struct SampledSonel {
     is_reflected: bool,
 }
 
-/// What a receiver sees of a sample.
+/// Visible part of a sample at a receiver.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Outlook {
     /// Directions of its rays.
     pub directions: GuidedDirections,
-    /// What discs and balls follow; none where it sees no sonel.
+    /// Scale of discs and balls; none where no sonel is visible.
     pub scale: Option<Scale>,
 }
 
-/// How far sound goes at a time.
+/// Lengths over which irradiance and fluence vary.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Scale {
     /// Mean free path of sonels [m]: over so much irradiance varies where they lie.
@@ -132,7 +132,7 @@ impl SonelSample {
         scale(&all.collect::<Vec<_>>())
     }
 
-    /// What a receiver at `position` (about the scene's centre [m]) sees.
+    /// Visible part of the sample from `position`, relative to the scene's centre [m].
     #[must_use]
     pub(crate) fn seen_from(&self, geometry: &Geometry, table: &CoefficientTable, position: Vec3) -> Outlook {
         let mut seen = Vec::new();
@@ -161,7 +161,7 @@ impl SonelSample {
 }
 
 impl SampledSonel {
-    /// What it sends to `position`; [`None`] where something is between, or it sends nothing there.
+    /// Radiation towards `position`; [`None`] where the path is blocked or nothing is radiated there.
     fn seen_from(&self, geometry: &Geometry, table: &CoefficientTable, position: Vec3) -> Option<SeenSonel> {
         let row = table.mean_row(self.surface);
         let offset = position - self.position;
