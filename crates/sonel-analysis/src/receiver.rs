@@ -52,7 +52,7 @@ static NO_DIRECTIONS: ParameterValue = Err(Unsupported::NoDirections);
 static NOT_ON_STAGE: ParameterValue = Err(Unsupported::NotOnStage);
 
 impl BandParameters {
-    /// One of them.
+    /// The value of `parameter`.
     pub fn parameter(&self, parameter: Parameter) -> &ParameterValue {
         match self.parameters.iter().find(|(found, _)| *found == parameter) {
             Some((_, estimate)) => estimate,
@@ -226,7 +226,7 @@ fn window_parameter(band: &Reading, window: Window) -> ParameterValue {
     })
 }
 
-/// What `read` finds in the fine bins, with the interval it finds from the batches.
+/// Estimate by `read`: its value from the fine bins, its interval from the batches.
 fn parameter_of(
     readings: &[&Reading],
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,

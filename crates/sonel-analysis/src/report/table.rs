@@ -72,7 +72,7 @@ fn row(band: &BandParameters, notes: &mut Notes) -> Vec<String> {
     std::iter::once(band.center_frequency_hz.to_string()).chain(parameters).chain(quality(band)).collect()
 }
 
-/// How straight the decay is that T30 was read from: non-linearity and curvature of ISO 3382-2.
+/// Non-linearity and curvature (ISO 3382-2) of the decay that T30 was read from.
 fn quality(band: &BandParameters) -> [String; 2] {
     let decay = band.parameter(Parameter::T30).as_ref().ok().and_then(|estimate| estimate.decay);
     // Adding zero to a rounded value makes −0.0 plain zero.
@@ -130,7 +130,7 @@ fn digits(value: f64, half: f64) -> usize {
     wanted.clamp(1.0, f64::from(most)) as usize
 }
 
-/// How a mark of a remark begins.
+/// Begin of the mark of a remark.
 const MARK: &str = " [";
 
 /// Remarks, numbered in the order they are first made. Those that differ in numbers alone share one.
