@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::{Arrivals, Batches, Directions, Lateral, ReceiverDirectivity, Response};
 
-/// Where the metadata say which part of the receivers a response holds.
+/// Key of the metadata with the part of the receivers that a response holds.
 const SHARD: &str = "shard";
 /// Lists in every entry of the metadata's `sources` with an entry per receiver, and in every entry of its `classes`.
 const OF_SOURCE: [&str; 3] = ["image_order", "sphere_radius_m", "edges"];
@@ -32,9 +32,9 @@ pub enum JoinError {
         reference: String,
         /// In what they differ.
         what: String,
-        /// What the first one says.
+        /// Value in the first one.
         here: String,
-        /// What the other one says.
+        /// Value in the other one.
         there: String,
     },
     /// Two responses are the same part.
@@ -107,7 +107,7 @@ fn differences(reference: &str, a: &Response, name: &str, b: &Response) -> Vec<J
         .collect()
 }
 
-/// What a part says that does not belong to its receivers.
+/// Metadata of a part that do not belong to its receivers.
 fn shared(part: &Response) -> serde_json::Map<String, Value> {
     let mut facts = part.metadata.as_object().cloned().unwrap_or_default();
     let of = part.part().map_or(0, |(_, count)| count);

@@ -12,15 +12,15 @@ use sonel_acoustics::{
 use crate::obj::LineProblem;
 use crate::problem::{Place, Problem, SceneErrors};
 
-/// By how much an angle may miss its multiple of the step [°].
+/// Largest distance of an angle from a multiple of the step [°]: files round to two decimals.
 const ANGLE_TOLERANCE: f64 = 0.01;
 /// Smallest step of a grid [°]. Finer ones would not fit into a map.
 const FINEST_STEP: f64 = 1.0;
 /// Largest step between azimuths [°]: that of two polars.
 const COARSEST_STEP: f64 = 90.0;
-/// Highest level [dB]. Levels are relative to anything, but none is farther above 0.
+/// Highest level [dB], far above any reference; its energy of 1e30 is far from overflow.
 const HIGHEST_LEVEL_DB: f64 = 300.0;
-/// By how much levels at a pole may differ before that is said [dB].
+/// Difference of levels at a pole from which on a note names it [dB]: rounding of files with one decimal.
 const POLE_SPREAD_DB: f64 = 0.1;
 
 /// One row: a direction and its energies in the bands of the scene.
@@ -328,7 +328,7 @@ fn fill(
     if problems.is_empty() { Ok(energies) } else { Err(problems) }
 }
 
-/// Which azimuth of the file stands for each of `count`, when its last is number `farthest`.
+/// Azimuth of the file that stands for each of `count`, when its last is number `farthest`.
 fn mirror(farthest: usize, count: usize) -> impl Fn(usize) -> usize {
     move |i: usize| {
         let folded = if 2 * farthest <= count { i.min(count - i) } else { i };

@@ -45,7 +45,7 @@ const KEYS: [&str; 15] = [
     "receivers",
 ];
 
-/// What the parser says of a key that is given twice.
+/// Message of the parser about a key that is given twice.
 const DUPLICATE_KEY: &str = "duplicate key";
 
 /// A scene and what is to be said about how it was read.
@@ -53,11 +53,11 @@ const DUPLICATE_KEY: &str = "duplicate key";
 pub struct Loaded {
     /// The compiled scene.
     pub scene: Scene,
-    /// Its walls: what [`Scene::geometry`] makes.
+    /// The walls, by [`Scene::geometry`].
     pub geometry: Geometry,
     /// Size of the room, defaults taken, repairs made: one sentence each, for the log.
     pub notes: Vec<String>,
-    /// What is likely a mistake: one sentence each.
+    /// Likely mistakes: one sentence each.
     pub warnings: Vec<String>,
 }
 
@@ -94,9 +94,9 @@ pub struct Document {
 }
 
 impl Document {
-    /// What messages call it.
+    /// Name in messages.
     const LABEL: &str = "scene";
-    /// What its mesh is called when it is saved.
+    /// Name of its mesh when it is saved.
     pub const MESH_NAME: &str = "mesh.obj";
 
     /// A scene of `keys`, with walls of `mesh` or of the key `shoebox`.
@@ -110,7 +110,7 @@ impl Document {
         Self { keys: Entries(entries.collect()), mesh }
     }
 
-    /// Its polygons; none for a shoebox.
+    /// Polygons; none for a shoebox.
     #[must_use]
     pub fn mesh(&self) -> Option<&PolygonMesh> {
         self.mesh.as_ref()
@@ -143,7 +143,7 @@ impl Document {
     }
 }
 
-/// What a scene is compiled from beside its keys.
+/// Sources of a scene beside its keys.
 struct Origin<'a> {
     /// The scene file.
     text: &'a str,

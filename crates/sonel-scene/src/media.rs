@@ -17,7 +17,7 @@ use crate::notation;
 /// The sides of a surface that is no interface.
 pub const NO_AIR: u32 = u32::MAX;
 
-/// Surfaces that a straight line passes at most.
+/// Most surfaces that a straight line passes. It ends lines that find the same surface for ever.
 const MOST_PARTS: u32 = 1024;
 
 /// A part of the room with an air of its own.
@@ -105,7 +105,7 @@ impl Media {
     }
 }
 
-/// Which air is where.
+/// The air at every place.
 pub struct Airs<'a> {
     spaces: Regions<'a>,
     /// The space of each region of the scene.
@@ -130,7 +130,7 @@ impl<'a> Airs<'a> {
     }
 }
 
-/// What is wrong with regions and interfaces.
+/// Faults of regions and interfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MediaFault {
     /// Nothing is between two regions.

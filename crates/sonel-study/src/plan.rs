@@ -51,7 +51,7 @@ pub struct Row {
 /// Half of a 95 % interval that is predicted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Width {
-    /// Expected half-width, in the unit of the parameter's targets.
+    /// Expected half-width, in the parameter's own unit.
     pub expected: f64,
     /// Between which bounds it is found in 19 of 20 runs ([`Pilot::range`]).
     pub range: [f64; 2],
