@@ -28,7 +28,7 @@ pub(crate) const INTERVAL_LEVEL: f64 = 0.05;
 /// Figures that carry no noise are equal to this relative difference: what other orders of summation leave.
 pub(crate) const ROUNDING: f64 = 1e-9;
 
-/// How the errors of two responses belong together.
+/// Relation of the errors of two responses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pairing {
     /// Runs with seeds of their own.
@@ -59,7 +59,7 @@ pub struct Difference {
     pub differs: bool,
 }
 
-/// What could be compared.
+/// Differences of the parameters that could be compared.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Comparison {
     /// Figures tested.
@@ -101,7 +101,7 @@ fn sidak(count: usize) -> f64 {
     -libm::expm1(libm::log1p(-FAMILY_LEVEL) / count.max(1) as f64)
 }
 
-/// What is compared.
+/// Input of the comparison.
 #[derive(Debug, Clone, Copy)]
 enum Compared {
     Parameter(Parameter),

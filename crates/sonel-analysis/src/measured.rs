@@ -24,11 +24,11 @@ pub struct MeasuredRow {
     pub source: Option<String>,
     /// Name of the receiver.
     pub receiver: String,
-    /// Where the receiver is [m], where the table has it.
+    /// Position of the receiver [m], if the table has it.
     pub position: Option<[f64; 3]>,
     /// Nominal centre of the band [Hz].
     pub center_frequency_hz: f64,
-    /// What was measured.
+    /// The parameter.
     pub parameter: Parameter,
     /// In its unit; none where nothing could be measured.
     pub value: Option<f64>,

@@ -87,7 +87,7 @@ pub struct CoefficientTable {
     /// A block per material: its mean row, and behind it one for each range of angles where its absorption depends on them, for the
     /// probabilities of events.
     rows: Vec<MaterialRow>,
-    /// Where the blocks of the materials begin.
+    /// Begin of the block of each material.
     first_rows: Vec<usize>,
     /// Law and [parameters](AbsorptionLaw::parameter) of materials whose absorption depends on the angle.
     laws: Vec<Option<(AbsorptionLaw, Vec<Lanes>)>>,

@@ -19,7 +19,7 @@ use crate::spectral::Spectral;
 /// spread fifty thousand emissions over many cores.
 pub const CHUNK_EMISSIONS: u64 = 512;
 
-/// How the emissions of one source are numbered.
+/// Numbering of the emissions of one source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EmissionLayout {
     /// Emissions of one source, over all bands.
@@ -57,13 +57,13 @@ impl EmissionLayout {
         (index / u64::from(self.leads()) % u64::from(self.batches)) as u32
     }
 
-    /// How many emissions of the same batch and lead came before emission `index`.
+    /// Number of emissions of the same batch and lead before emission `index`.
     #[must_use]
     pub fn round(&self, index: u64) -> u32 {
         (index / (u64::from(self.leads()) * u64::from(self.batches))) as u32
     }
 
-    /// How many emissions of `batch` were led by `lead`.
+    /// Number of emissions of `batch` led by `lead`.
     #[must_use]
     pub fn lead_count(&self, batch: u32, lead: u32) -> u64 {
         let (leads, batches) = (u64::from(self.leads()), u64::from(self.batches));
@@ -165,7 +165,7 @@ pub struct BatchStart {
 pub struct PacketStart {
     /// n_k: packets of the batch of each column of leads, zero for those that this one stands apart from.
     pub counts: Vec<Lanes>,
-    /// How many leads each column stands for, zero likewise.
+    /// Number of leads that each column stands for, zero likewise.
     pub sizes: Vec<Lanes>,
     /// 1 for the columns of bands carried.
     pub carried: Vec<Lanes>,

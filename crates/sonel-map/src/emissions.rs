@@ -16,9 +16,9 @@ use crate::weight::PathWeight;
 /// The emissions of all sources of a scene.
 pub struct Emissions {
     sources: Vec<Source>,
-    /// How those of each source are numbered.
+    /// Numbering of those of each source.
     pub layout: EmissionLayout,
-    /// How the packets of each batch start.
+    /// Starts of the packets of each batch.
     pub batches: Vec<BatchStart>,
     /// Place about the scene's centre [m] and air of each source.
     origins: Vec<(DVec3, u32)>,
@@ -65,7 +65,7 @@ impl Emissions {
         self.batches[self.layout.batch(emission) as usize].weight
     }
 
-    /// How the packet of `emission` starts.
+    /// Start of the packet of `emission`.
     #[must_use]
     pub fn start(&self, emission: u64) -> &PacketStart {
         self.batches[self.layout.batch(emission) as usize].packet(self.layout.lead(emission))
@@ -96,7 +96,8 @@ impl Emissions {
         source: u32,
         path: PathView<'_>,
         unit: f64,
-        (table, weight): (&CoefficientTable, &mut PathWeight),
+        table: &CoefficientTable,
+        weight: &mut PathWeight,
         visit: impl FnMut(&Segment<'_>),
     ) {
         self.emit(source, path.emission, unit, weight);

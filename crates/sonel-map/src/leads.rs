@@ -13,7 +13,8 @@ use sonel_scene::Scene;
 use crate::classes::BandClasses;
 use crate::spectral::Spectral;
 
-/// Least share of what goes on at a partition that goes through it.
+/// Least share of the packets that survive at a partition which pass it [1]. Chosen, not measured: next door as many packets matter as here;
+/// doubled, rooms with a source have fewer.
 pub const LEAST_THROUGH: f64 = 0.15;
 
 /// Most sets of shares: with four the standard errors of a variant are at most twice those of its own trace.
@@ -82,7 +83,7 @@ impl Leads {
         shares(&kinds[self.sets[set][material]], band).map(|share| share * survival)
     }
 
-    /// What tells a lead from others.
+    /// Coefficients that distinguish a lead from others.
     fn column(&self, lead: usize) -> Vec<u64> {
         let band = lead % self.bands;
         let of = |material: usize| {

@@ -59,7 +59,7 @@ pub struct BeforeWidening {
     drawn_with: Option<Vec<Material>>,
 }
 
-/// Where the bytes of a map are. Both begin at an address that suits every record.
+/// Storage of the bytes of a map. Both begin at an address that suits every record.
 #[derive(Debug)]
 enum Storage {
     Mapped(Mmap),
@@ -80,7 +80,7 @@ impl Storage {
 pub struct PathView<'a> {
     /// Emission index within its source.
     pub emission: u64,
-    /// Its vertices, the last one final.
+    /// Vertices, the last one final.
     pub vertices: &'a [Vertex],
 }
 
@@ -365,13 +365,13 @@ impl SonelMap {
     }
 }
 
-/// What a map says of its paths.
+/// Description of a map's paths.
 pub(crate) struct Directory {
     /// Provenance.
     pub header: MapHeader,
     /// Minor version of the file's format.
     pub minor: u16,
-    /// Where the origin of the stored positions is in the axes of the scene [m].
+    /// Origin of the stored positions in the axes of the scene [m].
     pub center: DVec3,
     /// The surfaces that the paths refer to.
     pub surfaces: Vec<SurfaceRow>,
@@ -435,7 +435,7 @@ fn read_header(sections: Sections<'_>, surfaces: &[SurfaceRow]) -> Result<MapHea
     let gradient = sections.optional(GRADIENT)?;
     let Sections { header, header_offset, .. } = sections;
     let damaged = |reason| MapError::Damaged { offset: header_offset, reason };
-    let mut header = record::header(header, mesh, (directivity, laws)).map_err(damaged)?;
+    let mut header = record::header(header, mesh, directivity, laws).map_err(damaged)?;
     variants::apply(variants, &mut header.scene).map_err(damaged)?;
     if let Some(record) = media {
         header.scene.media = Some(media::media(record, &header.scene, surfaces).map_err(damaged)?);

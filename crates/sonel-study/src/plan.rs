@@ -11,25 +11,25 @@ use crate::render_need::RenderNeed;
 use crate::spread::{PLANNED, Place};
 use crate::target::Targets;
 
-/// Accuracies of a plan's rows [JND].
+/// Accuracies of a plan's rows [JND]: from what is just heard to the 0.05 of comparisons between variants.
 pub const STEPS: [f64; 5] = [1.0, 0.5, 0.2, 0.1, 0.05];
-/// Emissions of a batch at least: fewer make no estimate of their own.
+/// Fewest emissions of a batch: fewer make no estimate of their own. Chosen, not measured; doubled, the smallest run is twice as long.
 pub const LEAST_PER_BATCH: u64 = 32;
-/// Emissions beyond which nobody plans.
+/// Most emissions of a plan: their map would have about a petabyte.
 const MOST_EMISSIONS: u64 = 1_000_000_000_000;
 
 /// A plan, accuracy by accuracy.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// What it rests on.
+    /// Pilot that it rests on.
     pub pilot: Pilot,
-    /// What names its parameters.
+    /// Names of the parameters.
     pub names: Names,
     /// One for each of [`STEPS`].
     pub rows: Vec<Row>,
 }
 
-/// What an accuracy takes.
+/// Effort for an accuracy.
 #[derive(Debug, Clone)]
 pub struct Row {
     /// The accuracy [JND].
@@ -51,7 +51,7 @@ pub struct Row {
 /// Half of a 95 % interval that is predicted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Width {
-    /// What to expect.
+    /// Expected half-width, in the parameter's own unit.
     pub expected: f64,
     /// Between which bounds it is found in 19 of 20 runs ([`Pilot::range`]).
     pub range: [f64; 2],
@@ -67,7 +67,7 @@ pub struct Need {
 }
 
 impl Pilot {
-    /// What it takes to keep `targets` in `batches` batches.
+    /// Effort that keeps `targets` in `batches` batches.
     #[must_use]
     pub fn need(&self, targets: &Targets, batches: u32) -> Need {
         let fewest = Effort::of_trace(LEAST_PER_BATCH * u64::from(batches), batches);
@@ -153,7 +153,7 @@ impl Plan {
     }
 }
 
-/// What names the parameters of a rendering.
+/// Names of the parameters of a rendering.
 #[derive(Debug, Clone)]
 pub struct Names {
     /// Source and receiver of every row of parameters.
@@ -248,7 +248,7 @@ impl Width {
 
 /// Chunks under way while others are written, emissions of each.
 const CHUNKS: f64 = 64.0 * 512.0;
-/// What a program is by itself [bytes].
+/// Memory of a program by itself [bytes].
 const PROGRAM: f64 = 10e6;
 /// Receivers and batches in one sweep of the renderer.
 const SWEEP: [f64; 2] = [8.0, 8.0];

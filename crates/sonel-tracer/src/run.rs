@@ -35,7 +35,7 @@ pub enum TraceError<E> {
         lost: u64,
         /// Packets traced.
         packets: u64,
-        /// Where the first of them slipped out: the edge nearest to its way.
+        /// Edge nearest to the path of the first of them.
         place: NearestSide,
     },
     /// A source is on a surface or in no air.
@@ -43,9 +43,9 @@ pub enum TraceError<E> {
     Misplaced {
         /// Name of the source.
         name: String,
-        /// Its position [m].
+        /// Position [m].
         position: DVec3,
-        /// What is in the way.
+        /// The obstacle.
         misplaced: Misplaced,
     },
     /// Whoever took the chunks failed.
@@ -62,7 +62,7 @@ pub struct TracedChunk {
     pub first_emission: u64,
     /// The paths.
     pub paths: ChunkPaths,
-    /// Their ledger.
+    /// Ledger.
     pub ledger: Ledger,
 }
 

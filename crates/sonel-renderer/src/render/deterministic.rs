@@ -16,13 +16,14 @@ use crate::receiver::{PreparedReceiver, axes};
 use crate::regions::RegionAir;
 use crate::rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
 
-/// Mirror arrivals up to this order are listed one by one unless an order was asked for.
+/// Order up to which image-source arrivals are listed one by one unless an order was asked for. Chosen, not measured; doubled, a box lists
+/// 2625 arrivals instead of 377.
 const LISTED_ORDER: u32 = 6;
 
 /// The classes, as [`Part`] lists them.
 const CLASSES: [PathClass; 3] = [PathClass::Direct, PathClass::ImageSource, PathClass::Edge];
 
-/// What is common to all receivers of a source.
+/// Deterministic sound of a source, common to all receivers.
 struct Emitted<'a> {
     /// Number of the air at the source.
     air: u32,
@@ -32,7 +33,7 @@ struct Emitted<'a> {
     over_edges: Option<(&'a Edges, &'a Images<'a>)>,
 }
 
-/// What arrives at one receiver.
+/// Deterministic arrivals at one receiver.
 struct Part<'a> {
     renderer: &'a Renderer<'a>,
     index: usize,
@@ -111,7 +112,8 @@ impl Renderer<'_> {
     pub(crate) fn add_deterministic(
         &self,
         rendering: &mut Rendering,
-        (source, radiator): (usize, Radiator<'_>),
+        source: usize,
+        radiator: Radiator<'_>,
         image_sources: &ImageSources,
         receivers: &[PreparedReceiver],
         borders: &[Vec<f64>],
@@ -128,7 +130,7 @@ impl Renderer<'_> {
             .map(|(index, (receiver, borders))| {
                 let bands = 0..self.table.bands();
                 let others: Vec<f64> = bands.map(|band| rendering.energy(index, band)).collect();
-                self.arrivals_at(index, &emitted, receiver, (borders, &others))
+                self.arrivals_at(index, &emitted, receiver, borders, &others)
             })
             .collect();
         for (index, part) in parts.into_iter().enumerate() {
@@ -145,13 +147,14 @@ impl Renderer<'_> {
         }
     }
 
-    /// What arrives at `receiver` number `index`, where all other classes bring `others` per band [1/m²].
+    /// Arrivals at `receiver` number `index`, where all other classes bring `others` per band [1/m²].
     fn arrivals_at<'b>(
         &'b self,
         index: usize,
         emitted: &Emitted<'_>,
         receiver: &PreparedReceiver,
-        (borders, others): (&'b [f64], &[f64]),
+        borders: &'b [f64],
+        others: &[f64],
     ) -> Part<'b> {
         let Emitted { air, radiator, image_sources, over_edges } = *emitted;
         let air = self.airs.air(air);

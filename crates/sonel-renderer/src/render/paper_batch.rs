@@ -27,13 +27,14 @@ impl Renderer<'_> {
     pub(crate) fn estimate_as_paper(
         &self,
         paper: &Paper,
-        (batch, source): (u32, usize),
+        batch: u32,
+        source: usize,
         group: &ReceiverGroup<'_>,
         estimate: &mut BatchEstimate,
     ) {
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
-        let index = self.look(paper, (batch, source), radiator, group, estimate);
-        self.look_over_edges(paper, (batch, source), radiator, group, estimate);
+        let index = self.look(paper, batch, source, radiator, group, estimate);
+        self.look_over_edges(paper, batch, source, radiator, group, estimate);
         let mut scratch = vec![Lanes::ZERO; lanes_of(self.table.bands())];
         self.each_segment(batch, source, |segment, _| {
             estimate.record_segment(segment, &self.medium(), &mut scratch);
@@ -47,7 +48,8 @@ impl Renderer<'_> {
     fn look(
         &self,
         paper: &Paper,
-        (batch, source): (u32, usize),
+        batch: u32,
+        source: usize,
         radiator: Radiator<'_>,
         group: &ReceiverGroup<'_>,
         estimate: &mut BatchEstimate,
@@ -72,11 +74,11 @@ impl Renderer<'_> {
                         let Some(bin) = self.bins.bin(length) else { return };
                         let mut energy = only(column, columns, sight.fluence);
                         let gain = if sight.in_half { 2.0 } else { 0.0 };
-                        let kernel = (gain, group.tile.coarse_bin(number, bin));
+                        let coarse = group.tile.coarse_bin(number, bin);
                         let towards = sight.towards.as_dvec3();
                         let arriving = Arriving { receiver: number, towards, length, bin };
                         let mut deposits = estimate.class(PathClass::LateSpecular);
-                        deposits.add_from_kernel(arriving, &mut energy, kernel, &medium);
+                        deposits.add_from_kernel(arriving, &mut energy, gain, coarse, &medium);
                     }
                 });
             }
@@ -88,7 +90,8 @@ impl Renderer<'_> {
     fn look_over_edges(
         &self,
         paper: &Paper,
-        (batch, source): (u32, usize),
+        batch: u32,
+        source: usize,
         radiator: Radiator<'_>,
         group: &ReceiverGroup<'_>,
         estimate: &mut BatchEstimate,
@@ -110,7 +113,8 @@ impl Renderer<'_> {
                 let mut energy = visibilities(
                     self.geometry,
                     edge,
-                    (radiator.position, receiver.exact),
+                    radiator.position,
+                    receiver.exact,
                     &paper.wavelengths,
                     &sequence,
                 );
@@ -151,9 +155,9 @@ impl Renderer<'_> {
                 let length = segment.end_length + point.length;
                 let Some(bin) = self.bins.bin(length) else { continue };
                 scratch.set_product(segment.energy, &point.weight, 1.0);
-                let kernel = (gain, group.tile.coarse_bin(receiver, bin));
+                let coarse = group.tile.coarse_bin(receiver, bin);
                 let arriving = Arriving { receiver, towards: point.towards.as_dvec3(), length, bin };
-                estimate.class(class).add_from_kernel(arriving, scratch, kernel, &medium);
+                estimate.class(class).add_from_kernel(arriving, scratch, gain, coarse, &medium);
             }
         }
     }
@@ -163,7 +167,8 @@ impl Renderer<'_> {
 fn visibilities(
     geometry: &Geometry,
     edge: &ZoneEdge,
-    (source, receiver): (DVec3, DVec3),
+    source: DVec3,
+    receiver: DVec3,
     wavelengths: &[f64],
     sequence: &ScrambledSobol,
 ) -> Vec<Lanes> {

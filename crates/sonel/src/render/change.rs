@@ -129,7 +129,7 @@ pub(super) fn changed(
     for (name, changes) in tables {
         let material = find(&mut materials, name, |material| &material.name, "material")?;
         let said: Vec<String> = changes.iter().map(|change| format!("`set` {change}")).collect();
-        *material = read_material((&said.join(" "), name), keys(material, &changes)?, &scene.bands)?;
+        *material = read_material(&said.join(" "), name, keys(material, &changes)?, &scene.bands)?;
     }
     check_kept(scene, &materials)?;
     let mut sources = scene.sources.clone();

@@ -130,8 +130,10 @@ fn parse_axis(text: &str) -> Option<Axis> {
 /// are left out, which is said.
 pub(super) fn gather(
     given: &[ReceiverPoint],
-    (grid, shard): (Option<&Grid>, Option<ShardRange>),
-    (scene, geometry): (&Scene, &Geometry),
+    grid: Option<&Grid>,
+    shard: Option<ShardRange>,
+    scene: &Scene,
+    geometry: &Geometry,
     watch: Watch<'_>,
 ) -> Result<(Vec<ReceiverPoint>, Option<GridCounts>)> {
     let mut receivers = given.to_vec();

@@ -146,8 +146,8 @@ impl Map {
             let Changed { map, geometry, warnings } = self.changed(options)?;
             let scene = &map.header().scene;
             let settings = options.settings(scene)?;
-            let which = (options.grid.as_ref(), options.shard);
-            let (receivers, grid) = grid::gather(receivers, which, (scene, &geometry), watch)?;
+            let (shown, shard) = (options.grid.as_ref(), options.shard);
+            let (receivers, grid) = grid::gather(receivers, shown, shard, scene, &geometry, watch)?;
             let label = self.label();
             let opened = watch.seconds().1;
             Ok(PreparedRendering {

@@ -66,8 +66,8 @@ pub(super) fn until(
         });
         let Some(next) = next_number(&found, emissions, most, affordable) else {
             let effort = Effort::of_trace(emissions, batches);
-            let costs = (trace_seconds, &rendered);
-            let comparison = compared(&pilot, effort, &figures, costs, traced.map.byte_length());
+            let bytes = traced.map.byte_length();
+            let comparison = compared(&pilot, effort, &figures, trace_seconds, &rendered, bytes);
             let end = why_ended(&found, emissions, most);
             break (traced, found, comparison, end);
         };
@@ -190,14 +190,15 @@ pub(super) fn compare_planned(
     let (_, found, rendered) = evaluate(planner, map, &Targets::just_noticeable(1.0), watch)?;
     let settings = map.header().settings;
     let effort = Effort::of_trace(settings.emissions, settings.batches);
-    Ok(compared(pilot, effort, &found, (seconds, &rendered), map.byte_length()))
+    Ok(compared(pilot, effort, &found, seconds, &rendered, map.byte_length()))
 }
 
 fn compared(
     pilot: &Pilot,
     effort: Effort,
     found: &[Reading],
-    (trace, rendered): (f64, &Rendered),
+    trace: f64,
+    rendered: &Rendered,
     bytes: u64,
 ) -> Comparison {
     Comparison {
