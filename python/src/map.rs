@@ -49,6 +49,7 @@ pub fn trace(
         effects: k.parsed("effects")?,
         until: k.parsed("until")?,
         at_most: k.time("at_most")?,
+        memory: k.number("memory")?,
         ..TraceOptions::default()
     };
     let scene = Arc::clone(&scene.get().scene);
@@ -178,5 +179,6 @@ fn render_options(k: &Keywords<'_>) -> PyResult<RenderOptions> {
         shard: None,
         until: k.parsed("until")?,
         at_most: k.time("at_most")?,
+        memory: k.number("memory")?,
     })
 }

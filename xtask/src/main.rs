@@ -12,9 +12,9 @@ mod pages;
 mod python;
 mod python_package;
 mod python_reader;
-mod view;
 mod slurm;
 mod tidy;
+mod view;
 
 use std::process::ExitCode;
 

@@ -79,13 +79,21 @@ fn driven(programs: &Path, folder: &Path, scene: &str) -> Result<()> {
     for command in measured["commands"].as_array().context("no commands")? {
         let line = command.as_str().context("a command is no text")?;
         let is_reading = line.starts_with("sonel-analyze");
-        let line = format!("{}/{line}{}", programs.display(), if is_reading { " --format json" } else { " --quiet" });
+        let line = format!(
+            "{}/{line}{}",
+            programs.display(),
+            if is_reading { " --format json" } else { " --quiet" }
+        );
         output = printed(Command::new("sh").args(["-c", &line]))?;
     }
     let read: Value = serde_json::from_str(&output)?;
     let bands = read["receivers"][0]["bands"].as_array().context("no bands")?;
     for (band, shown) in bands.iter().zip(measured["t30_s"].as_array().context("no times")?) {
-        ensure!(band["t30_s"]["value"] == *shown, "{scene}: the page shows {shown}, the programs {}", band["t30_s"]);
+        ensure!(
+            band["t30_s"]["value"] == *shown,
+            "{scene}: the page shows {shown}, the programs {}",
+            band["t30_s"]
+        );
     }
     println!("{scene}: {}", measured["latency_ms"]);
     Ok(())

@@ -57,6 +57,10 @@ impl Geometry {
     /// Whether two triangles lie in parallel planes within `gap` [m] and are not the contact of two objects.
     fn may_overlap(&self, first: u32, second: u32, gap: f64) -> bool {
         let [here, there] = [first, second].map(|triangle| self.surface(self.triangle_surface(triangle)));
+        // In one plane the mesh conforms.
+        if here.plane == there.plane {
+            return false;
+        }
         let cosine = here.normal.dot(there.normal);
         let shells = [first, second].map(|triangle| self.is_of_shell(triangle));
         let is_contact = match shells {

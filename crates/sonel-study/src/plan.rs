@@ -1,8 +1,7 @@
 //! Numbers of packets and rays for an accuracy (just-noticeable differences or targets), before a trace or before a rendering.
 
-use sonel_acoustics::Bands;
 use sonel_analysis::Parameter;
-use sonel_renderer::{RAYS_IN_FLIGHT, ReceiverPoint};
+use sonel_renderer::{Columns, RAYS_IN_FLIGHT, ReceiverPoint};
 use sonel_scene::Scene;
 
 use crate::forecast::{Effort, Price, two_digits_up};
@@ -196,7 +195,7 @@ impl Row {
             limited_by,
             lacking,
             price: pilot.price(effort),
-            memory: memory(pilot, effort, &scene.bands, receivers as f64, scene.duration / bin),
+            memory: [trace_memory(pilot, effort), pilot.load().memory(effort, scene, receivers, bin)],
             widths: widths(pilot, effort, scene.bands.count()),
         }
     }
@@ -257,25 +256,50 @@ const DISC_BYTES: f64 = 250.0;
 /// Coarse bins of a batch.
 const COARSE: f64 = 222.0;
 
-/// Own memory of trace and render [bytes]: chunks under way; echograms of the batches of a sweep and of all receivers, the coarse
-/// ones of all batches with their kernels, and the discs of the batches that are rendered at once.
-fn memory(pilot: &Pilot, effort: Effort, bands: &Bands, receivers: f64, bins: f64) -> [f64; 2] {
-    let lane_bytes = (size_of::<sonel_map::Lanes>() * sonel_map::lanes_of(bands.count())) as f64;
-    let trace = pilot.costs.bytes.each * CHUNKS.min(effort.emissions as f64);
-    let [together, batches] = SWEEP;
-    let fine =
-        bins * lane_bytes * (receivers + batches * receivers.min(together)) * pilot.columns.fine as f64;
-    let coarse =
-        2.0 * COARSE * lane_bytes * receivers * f64::from(effort.batches) * pilot.columns.coarse as f64;
-    let discs = if pilot.casts_rays {
-        let of_one = f64::from(effort.rays) / f64::from(effort.batches);
-        let rays = of_one.max(f64::from(RAYS_IN_FLIGHT).min(of_one * receivers));
-        let threads = std::thread::available_parallelism().map_or(1.0, |threads| threads.get() as f64);
-        DISC_BYTES * pilot.costs.segments * rays * threads.min(batches)
-    } else {
-        0.0
-    };
-    [PROGRAM + trace, PROGRAM + fine + coarse + discs]
+/// Own memory of a trace [bytes]: chunks under way.
+fn trace_memory(pilot: &Pilot, effort: Effort) -> f64 {
+    PROGRAM + pilot.costs.bytes.each * CHUNKS.min(effort.emissions as f64)
+}
+
+/// What decides the own memory of a rendering, beside its numbers of packets, rays and receivers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RenderLoad {
+    /// Columns of its echograms.
+    pub columns: Columns,
+    /// Whether visibility rays are cast.
+    pub casts_rays: bool,
+    /// Segments of a packet.
+    pub segments: f64,
+}
+
+impl RenderLoad {
+    /// Own memory [bytes]: echograms of the batches of a sweep and of all sources and receivers, the coarse ones of all batches with their
+    /// kernels, and the discs of the batches that are rendered at once.
+    #[must_use]
+    pub fn memory(&self, effort: Effort, scene: &Scene, receivers: usize, bin: f64) -> f64 {
+        let lane_bytes = (size_of::<sonel_map::Lanes>() * sonel_map::lanes_of(scene.bands.count())) as f64;
+        let (bins, receivers, sources) = (scene.duration / bin, receivers as f64, scene.sources.len() as f64);
+        let [together, batches] = SWEEP;
+        let echograms = sources * receivers + batches * receivers.min(together);
+        let fine = bins * lane_bytes * echograms * self.columns.fine as f64;
+        let coarse = 2.0 * COARSE * lane_bytes * sources * receivers * f64::from(effort.batches);
+        let discs = if self.casts_rays {
+            let of_one = f64::from(effort.rays) / f64::from(effort.batches);
+            let rays = of_one.max(f64::from(RAYS_IN_FLIGHT).min(of_one * receivers));
+            let threads = std::thread::available_parallelism().map_or(1.0, |threads| threads.get() as f64);
+            DISC_BYTES * self.segments * rays * threads.min(batches)
+        } else {
+            0.0
+        };
+        PROGRAM + fine + coarse * self.columns.coarse as f64 + discs
+    }
+}
+
+impl Pilot {
+    fn load(&self) -> RenderLoad {
+        let Self { columns, casts_rays, .. } = *self;
+        RenderLoad { columns, casts_rays, segments: self.costs.segments }
+    }
 }
 
 #[cfg(test)]

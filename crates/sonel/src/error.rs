@@ -153,7 +153,7 @@ pub fn with_options_spelled(text: &str, spell: impl Fn(&str) -> String) -> Strin
 }
 
 /// Fields of [`TraceOptions`](crate::TraceOptions) and [`RenderOptions`](crate::RenderOptions) that messages name.
-const OPTIONS: [&str; 24] = [
+const OPTIONS: [&str; 25] = [
     "packets",
     "seed",
     "batches",
@@ -169,6 +169,7 @@ const OPTIONS: [&str; 24] = [
     "plan",
     "until",
     "at_most",
+    "memory",
     "set",
     "materials",
     "grid",

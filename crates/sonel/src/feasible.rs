@@ -2,7 +2,9 @@
 
 use std::fmt;
 
+use crate::observer::Watch;
 use crate::quantity::{bytes, seconds};
+use crate::{Error, Result};
 
 /// Largest map [bytes]: 1 TB.
 const MOST_MAP_BYTES: f64 = 1e12;
@@ -10,6 +12,10 @@ const MOST_MAP_BYTES: f64 = 1e12;
 const MOST_MEMORY_BYTES: f64 = 1e12;
 /// Longest CPU time [s]: a year.
 const MOST_CPU_SECONDS: f64 = 365.0 * 86_400.0;
+
+/// More own memory [bytes] or CPU time [s] is announced before a run: 4 GB, five minutes.
+const UNANNOUNCED_MEMORY_BYTES: f64 = 4e9;
+const UNANNOUNCED_CPU_SECONDS: f64 = 300.0;
 
 /// What a run takes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -37,19 +43,76 @@ impl Demand {
             .collect();
         (!parts.is_empty()).then(|| parts.join(", "))
     }
+
+    /// Announces a large run. `smaller` is what makes it smaller.
+    ///
+    /// # Errors
+    /// Where it takes more memory than `allowed` [bytes].
+    pub(crate) fn admit(self, allowed: Option<f64>, smaller: &str, watch: Watch<'_>) -> Result<()> {
+        if let Some(allowed) = allowed.filter(|allowed| self.memory_bytes > *allowed) {
+            return Err(Error::Options(vec![format!(
+                "`memory` {} is not enough: the run needs about: {self}. Allow more, or {smaller}",
+                bytes(allowed)
+            )]));
+        }
+        if self.memory_bytes > UNANNOUNCED_MEMORY_BYTES || self.cpu_seconds > UNANNOUNCED_CPU_SECONDS {
+            watch.info(&format!("the run needs about: {self}"));
+        }
+        Ok(())
+    }
 }
 
-/// `map 2.0 GB, memory 20.0 MB, CPU time 3.00 s`.
+/// `map 2.0 GB, memory 20.0 MB, CPU time 3.00 s`; without a map only the rest.
 impl fmt::Display for Demand {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [map, memory] = [self.map_bytes, self.memory_bytes].map(bytes);
-        write!(f, "map {map}, memory {memory}, CPU time {}", seconds(self.cpu_seconds))
+        if self.map_bytes > 0.0 {
+            write!(f, "map {}, ", bytes(self.map_bytes))?;
+        }
+        write!(f, "memory {}, CPU time {}", bytes(self.memory_bytes), seconds(self.cpu_seconds))
     }
+}
+
+/// The sentence about a limit of memory that is none.
+pub(crate) fn wrong_memory(limit: Option<f64>) -> Option<String> {
+    let limit = limit.filter(|&limit| !(limit.is_finite() && limit > 0.0))?;
+    Some(format!("`memory` {limit} is no limit: give bytes above 0"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::observer::{Observer, Severity, watched};
+    use std::ops::ControlFlow;
+
+    #[derive(Default)]
+    struct Heard(std::sync::Mutex<Vec<String>>);
+
+    impl Observer for Heard {
+        fn message(&self, _: Severity, text: &str) -> ControlFlow<()> {
+            self.0.lock().unwrap().push(text.to_owned());
+            ControlFlow::Continue(())
+        }
+    }
+
+    #[test]
+    fn large_runs_are_announced_and_those_beyond_the_allowed_memory_refused() {
+        let heard = Heard::default();
+        let admit = |cpu_seconds, memory_bytes, allowed| {
+            let demand = Demand { cpu_seconds, map_bytes: 0.0, memory_bytes };
+            watched(&heard, |watch| demand.admit(allowed, "give fewer", watch))
+        };
+        admit(299.0, 3.9e9, Some(4e9)).unwrap();
+        assert!(heard.0.lock().unwrap().is_empty());
+        admit(301.0, 1e9, None).unwrap();
+        admit(1.0, 4.1e9, None).unwrap();
+        let last = "the run needs about: memory 4.1 GB, CPU time 1.00 s";
+        assert_eq!(heard.0.lock().unwrap()[1..], [last]);
+        let refused = admit(1.0, 4.1e9, Some(4e9)).unwrap_err().to_string();
+        assert!(
+            refused.starts_with("`memory` 4.0 GB is not enough: the run needs about: memory 4.1 GB"),
+            "{refused}"
+        );
+    }
 
     #[test]
     fn what_exceeds_a_limit_is_named_with_it() {

@@ -198,6 +198,7 @@ def trace(
     packets: int | float | None = None,
     until: str | None = None,
     at_most: float | str | None = None,
+    memory: float | None = None,
     seed: int | None = None,
     batches: int | None = None,
     survival: float | None = None,
@@ -218,6 +219,8 @@ def trace(
         t30<1%,level<0.1dB,c80<0.2jnd; else exit code 1. The map is that of `packets` with the final number. Parameters:
         level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
     at_most: Time limit of `until`, such as 60s, 5min, 2h.
+    memory: Own memory that the run may take [bytes], such as 8G: one that is predicted to take more is refused before
+        it starts. Not with `until`.
     seed: Seed of every random number (default 1).
     batches: Batches whose spread gives the intervals, 1 … 4096 (default 32).
     survival: Survival exponent β of the Russian roulette, 0 (no roulette) … 1 (default 0.15).
@@ -238,6 +241,7 @@ def trace(
         "packets": packets,
         "until": until,
         "at_most": at_most,
+        "memory": memory,
         "seed": seed,
         "batches": batches,
         "survival": survival,
@@ -295,6 +299,7 @@ class Map:
         directions: bool = False,
         until: str | None = None,
         at_most: float | str | None = None,
+        memory: float | None = None,
         threads: int | None = None,
         progress: _Progress = None,
     ) -> Response:
@@ -326,6 +331,8 @@ class Map:
             omnidirectional. The lateral axis is horizontal, at right angles to the aim, by default towards the first
             source.
         until, at_most: add rays until the intervals are narrow enough.
+        memory: Own memory that the rendering may take [bytes], such as 8G: one that is predicted to take more is
+            refused before it starts.
         threads, progress: as for `trace`.
         """
         keywords = {
@@ -346,6 +353,7 @@ class Map:
             "directions": directions,
             "until": until,
             "at_most": at_most,
+            "memory": memory,
         }
         places = [] if receivers is None else [_receiver(**point) for point in _points(receivers, "receiver")]
         with _Text(progress) as follower:

@@ -19,7 +19,13 @@ static NAMED: OnceLock<Vec<PathBuf>> = OnceLock::new();
 /// Reads the command line of this process. The files that it names are inputs from then on ([`crate::output`]).
 #[must_use]
 pub fn parse<P: Parser>() -> P {
-    let matches = P::command().get_matches();
+    let matches = P::command().try_get_matches().unwrap_or_else(|printed| {
+        // Help and version are what was to be printed.
+        if !printed.use_stderr() && crate::closed::is_stdout_closed() {
+            crate::refuse(crate::closed::error().into());
+        }
+        printed.exit()
+    });
     NAMED.get_or_init(|| named_by(&matches));
     P::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut P::command()).exit())
 }

@@ -3,7 +3,7 @@
 //! Where there are no such signals the files stay, and the next run with the same output removes them.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Whether an interruption is how the program ends.
@@ -16,6 +16,8 @@ pub fn is_the_end() {
 
 /// Files to remove.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+/// How many files have got their names.
+static PUBLISHED: AtomicUsize = AtomicUsize::new(0);
 
 /// A file that an interruption removes, as long as the value lives.
 #[derive(Debug)]
@@ -29,15 +31,31 @@ impl Unfinished {
         files().push(path.clone());
         Self(path)
     }
+}
 
-    /// Calls `rename`, which gives the file its own name, in one step as seen from an interruption.
-    pub(crate) fn done<T>(self, rename: impl FnOnce() -> T) -> T {
+/// Calls `rename` for each of some files, which gives it its own name, until it fails: all in one step as seen from an interruption. What is
+/// left of it is dropped after that step.
+pub(crate) fn publish<T, E>(
+    all: impl IntoIterator<Item = (Unfinished, T)>,
+    rename: impl Fn(T) -> Result<(), E>,
+) -> Result<(), E> {
+    let mut left = Vec::new();
+    let mut result = Ok(());
+    {
         let mut files = files();
-        let result = rename();
-        files.retain(|file| *file != self.0);
-        drop(files);
-        result
+        for (unfinished, file) in all {
+            if result.is_ok() {
+                result = rename(file);
+            }
+            if result.is_ok() {
+                files.retain(|path| *path != unfinished.0);
+                PUBLISHED.fetch_add(1, Ordering::SeqCst);
+            }
+            left.push(unfinished);
+        }
     }
+    drop(left);
+    result
 }
 
 impl Drop for Unfinished {
@@ -59,23 +77,33 @@ fn files() -> MutexGuard<'static, Vec<PathBuf>> {
 pub fn remove_unfinished_files() -> std::io::Result<()> {
     use signal_hook::consts::{SIGHUP, TERM_SIGNALS};
     let mut signals = signal_hook::iterator::Signals::new(TERM_SIGNALS.iter().chain([&SIGHUP]))?;
-    failure::report();
     let wait = move || {
+        failure::waits_here();
         if let Some(signal) = signals.forever().next() {
-            let (message, code) = match failure::found() {
-                Some(message) => (message, 2),
-                None if IS_THE_END.load(Ordering::Relaxed) => ("ended", 0),
-                None => ("interrupted; older outputs are untouched", 128 + signal),
-            };
-            end(message, code);
+            match failure::found() {
+                Some(failure::Failure { what, remedy, bytes: 0 }) => end(format_args!("{what}: {remedy}"), 2),
+                Some(failure::Failure { what, remedy, bytes }) => {
+                    end(format_args!("{what} ({bytes} bytes more): {remedy}"), 2)
+                }
+                None if IS_THE_END.load(Ordering::Relaxed) => end(format_args!("ended"), 0),
+                None => match PUBLISHED.load(Ordering::SeqCst) {
+                    0 => end(format_args!("interrupted; older outputs are untouched"), 128 + signal),
+                    some => end(
+                        format_args!("interrupted after {some} complete outputs; others are untouched"),
+                        128 + signal,
+                    ),
+                },
+            }
         }
     };
-    std::thread::Builder::new().spawn(wait).map(drop)
+    std::thread::Builder::new().spawn(wait)?;
+    failure::report();
+    Ok(())
 }
 
 /// Removes unfinished files and ends the program.
 #[cfg(unix)]
-fn end(message: &str, code: i32) -> ! {
+fn end(message: std::fmt::Arguments<'_>, code: i32) -> ! {
     use std::io::{IsTerminal, Write};
     // Held to the end, so that no file is begun or finished meanwhile.
     let files = files();
@@ -94,27 +122,66 @@ fn end(message: &str, code: i32) -> ! {
 /// handler, and the thread that waits for interruptions ends the program.
 #[cfg(unix)]
 mod failure {
-    use std::sync::atomic::{AtomicI32, Ordering};
+    use std::cell::Cell;
+    use std::sync::atomic::{AtomicBool, AtomicI32, AtomicUsize, Ordering};
     use std::time::Duration;
 
-    /// The signal of the first failure.
-    static SIGNAL: AtomicI32 = AtomicI32::new(0);
+    /// The signal of the first failure, or [`MEMORY`].
+    static FIRST: AtomicI32 = AtomicI32::new(0);
+    /// No signal: memory was refused.
+    const MEMORY: i32 = -1;
+    /// How much of it [bytes].
+    static BYTES: AtomicUsize = AtomicUsize::new(0);
+    /// Whether failures are reported.
+    static IS_ON: AtomicBool = AtomicBool::new(false);
+
+    thread_local! {
+        /// Whether this is the thread that ends the program.
+        static IS_WAITING: Cell<bool> = const { Cell::new(false) };
+    }
 
     /// What failed.
-    pub fn found() -> Option<&'static str> {
-        match SIGNAL.load(Ordering::SeqCst) {
-            libc::SIGBUS => Some(
-                "an input was truncated or became unreadable (bus error): do not change it during the run, check the disk, and run the command again",
+    pub struct Failure {
+        pub what: &'static str,
+        pub remedy: &'static str,
+        /// Memory that was refused; 0 where that is not known.
+        pub bytes: usize,
+    }
+
+    /// The first failure.
+    pub fn found() -> Option<Failure> {
+        const LESS: &str = "take fewer --threads or a wider --bin, divide the run or its receivers (--shard), or allow more memory (ulimit -v)";
+        let (what, remedy, bytes) = match FIRST.load(Ordering::SeqCst) {
+            MEMORY => ("not enough memory", LESS, BYTES.load(Ordering::SeqCst)),
+            libc::SIGBUS => (
+                "an input was truncated or became unreadable (bus error)",
+                "do not change it during the run, check the disk, and run the command again",
+                0,
             ),
-            libc::SIGABRT => Some(
-                "the program was aborted; if memory is short, take fewer --threads or a wider --bin, or divide the run or its receivers (--shard)",
-            ),
-            _ => None,
+            libc::SIGABRT => ("the program was aborted; if memory is short", LESS, 0),
+            _ => return None,
+        };
+        Some(Failure { what, remedy, bytes })
+    }
+
+    /// Says that this thread ends the program.
+    pub fn waits_here() {
+        IS_WAITING.set(true);
+    }
+
+    /// Has the program ended by the thread that waits, where failures are reported; by nobody else.
+    pub fn out_of_memory(bytes: usize) {
+        if IS_ON.load(Ordering::SeqCst) {
+            BYTES.store(bytes, Ordering::SeqCst);
+            stay(MEMORY);
         }
     }
 
-    extern "C" fn stay(signal: libc::c_int) {
-        SIGNAL.store(signal, Ordering::SeqCst);
+    extern "C" fn stay(failure: libc::c_int) {
+        if IS_WAITING.get() {
+            signal_hook::low_level::exit(2);
+        }
+        let _ = FIRST.compare_exchange(0, failure, Ordering::SeqCst, Ordering::SeqCst);
         // Allowed in a handler: an atomic, kill and sleep.
         let _ = signal_hook::low_level::raise(libc::SIGTERM);
         loop {
@@ -124,6 +191,7 @@ mod failure {
 
     /// From now on such failures are reported.
     pub fn report() {
+        IS_ON.store(true, Ordering::SeqCst);
         for signal in [libc::SIGBUS, libc::SIGABRT] {
             // SAFETY: the handler calls only what POSIX allows in one, and never returns to the code that failed.
             #[allow(unsafe_code)]
@@ -132,6 +200,14 @@ mod failure {
             }
         }
     }
+}
+
+/// Has the program ended because so many `bytes` of memory were refused. Returns where nobody waits for failures.
+pub(crate) fn out_of_memory(bytes: usize) {
+    #[cfg(unix)]
+    failure::out_of_memory(bytes);
+    #[cfg(not(unix))]
+    let _ = bytes;
 }
 
 /// Does nothing here.

@@ -3,10 +3,13 @@
 pub mod artifact;
 pub mod choices;
 pub mod clock;
+pub mod closed;
 pub mod count;
 pub mod follower;
 pub mod inputs;
 pub mod interrupt;
+pub mod maps;
+mod memory;
 pub mod output;
 pub mod progress;
 pub mod receiver;
@@ -18,6 +21,8 @@ use std::error::Error;
 use std::io::Write;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::Context;
 
 pub use clock::Stopwatch;
 pub use inputs::parse;
@@ -42,13 +47,24 @@ pub enum Outcome {
 /// When the reader of a stream goes away (`… | head`), the program ends at its next write, with exit code 0.
 pub fn run_to_exit(
     quiet: bool,
-    program: impl FnOnce(&mut dyn Write, &mut Log<'_>) -> anyhow::Result<Outcome>,
+    program: impl FnOnce(&mut dyn Write, &mut Log<'_>) -> anyhow::Result<Outcome> + Send,
 ) -> ExitCode {
     QUIET.store(quiet, Ordering::Relaxed);
-    if let Err(error) = interrupt::remove_unfinished_files() {
-        return exit_code(Err(anyhow::Error::new(error).context("cannot handle signals")));
-    }
-    exit_code(unless_closed(std::io::stdout().lock(), log_stream(quiet), program))
+    let result = interrupt::remove_unfinished_files()
+        .context("cannot handle signals")
+        .and_then(|()| on_whole_stack(|| unless_closed(std::io::stdout(), log_stream(quiet), program)));
+    exit_code(result)
+}
+
+/// Calls `work` in a thread whose stack is there from the begin. That of the first thread grows, and where the address space is used up a
+/// program that needs more of it ends by a signal.
+fn on_whole_stack<T: Send>(work: impl FnOnce() -> anyhow::Result<T> + Send) -> anyhow::Result<T> {
+    const STACK_BYTES: usize = 8 << 20;
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, work);
+        let ended = thread.context("cannot start a thread: allow more memory (ulimit -v)")?.join();
+        ended.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
 }
 
 /// The outcome of `program`; [`Outcome::Done`] if it failed after the reader of `out` or `log` had gone away. The error itself
@@ -59,8 +75,8 @@ fn unless_closed(
     program: impl FnOnce(&mut dyn Write, &mut Log<'_>) -> anyhow::Result<Outcome>,
 ) -> anyhow::Result<Outcome> {
     let closed = AtomicBool::new(false);
-    let result =
-        program(&mut Watched { stream: out, closed: &closed }, &mut Watched { stream: log, closed: &closed });
+    let mut out = Watched { stream: Printed(out), closed: &closed };
+    let result = program(&mut out, &mut Watched { stream: log, closed: &closed });
     if closed.load(Ordering::Relaxed) { result.or(Ok(Outcome::Done)) } else { result }
 }
 
@@ -73,6 +89,19 @@ fn without_controls(text: &[u8]) -> Cow<'_, [u8]> {
     match std::str::from_utf8(text) {
         Ok(text) if text.contains(steers) => Cow::Owned(text.replace(steers, "\u{fffd}").into_bytes()),
         _ => Cow::Borrowed(text),
+    }
+}
+
+/// A stdout that was closed from the begin takes nothing.
+struct Printed<W>(W);
+
+impl<W: Write> Write for Printed<W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        if closed::is_stdout_closed() { Err(closed::error()) } else { self.0.write(bytes) }
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.0.flush()
     }
 }
 
@@ -111,12 +140,25 @@ fn exit_code(result: anyhow::Result<Outcome>) -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Missed) => ExitCode::from(1),
         Err(error) => {
-            // A closed stderr cannot be told.
-            let text = format!("error: {}\n", message(&error));
-            let _ = std::io::stderr().write_all(&without_controls(text.as_bytes()));
-            ExitCode::from(2)
+            tell(&error);
+            ExitCode::from(ERROR)
         }
     }
+}
+
+/// Exit code of errors.
+const ERROR: u8 = 2;
+
+/// Prints an error to stderr. A closed one cannot be told.
+fn tell(error: &anyhow::Error) {
+    let text = format!("error: {}\n", message(error));
+    let _ = std::io::stderr().write_all(&without_controls(text.as_bytes()));
+}
+
+/// Ends the process with an error, before a program has begun.
+pub(crate) fn refuse(error: anyhow::Error) -> ! {
+    tell(&error);
+    std::process::exit(ERROR.into())
 }
 
 /// `error` as the command line spells options: `at_most` is `--at-most`.

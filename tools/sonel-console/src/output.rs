@@ -8,8 +8,6 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use tempfile::TempPath;
 
-use sonel::MapStore;
-use sonel_map::{MapError, SonelMap};
 use sonel_scene::checkup::FIRST_LINE;
 
 use crate::{inputs, interrupt, note};
@@ -342,17 +340,27 @@ impl Output {
     /// Writes `content` and puts the file in its place.
     ///
     /// # Errors
-    /// The errors of `content`, and of [`Self::publish`].
-    pub fn write<T, E>(
-        mut self,
-        content: impl FnOnce(&mut BufWriter<File>) -> Result<T, E>,
-    ) -> anyhow::Result<()>
+    /// Those of both.
+    pub fn write<T, E>(self, content: impl FnOnce(&mut BufWriter<File>) -> Result<T, E>) -> anyhow::Result<()>
     where
         Result<T, E>: Context<T, E>,
     {
-        let failed = format!("cannot write {}; an older file there is untouched", self.target.display());
-        content(&mut self.file).context(failed)?;
-        self.publish()
+        publish([self.complete(content)?])
+    }
+
+    /// Writes `content`; [`publish`] then puts the file in its place.
+    ///
+    /// # Errors
+    /// Those of `content`.
+    pub fn complete<T, E>(
+        mut self,
+        content: impl FnOnce(&mut BufWriter<File>) -> Result<T, E>,
+    ) -> anyhow::Result<Complete>
+    where
+        Result<T, E>: Context<T, E>,
+    {
+        content(&mut self.file).with_context(|| failed(&self.target))?;
+        self.end()
     }
 
     /// Puts the complete file in its place, replacing an older one in a single step.
@@ -360,19 +368,46 @@ impl Output {
     /// # Errors
     /// When the disk is full or the file cannot be renamed; an older file then stays as it was.
     pub fn publish(self) -> anyhow::Result<()> {
+        publish([self.end()?])
+    }
+
+    /// Closes the file.
+    fn end(self) -> anyhow::Result<Complete> {
         let Self { target, file, path, unfinished } = self;
-        let failed = || format!("cannot write {}; an older file there is untouched", target.display());
+        let failed = || failed(&target);
         let file = file.into_inner().map_err(std::io::IntoInnerError::into_error).with_context(failed)?;
         let permissions = readable_by_all(&file);
         file.sync_all().with_context(failed)?;
         if let Some(permissions) = permissions {
             file.set_permissions(permissions).with_context(failed)?;
         }
-        unfinished.done(|| path.persist(&target)).map_err(|error| {
-            anyhow::Error::new(error.error).context(format!("cannot rename to {}", target.display()))
-        })?;
-        Ok(())
+        Ok(Complete { target, path, unfinished })
     }
+}
+
+/// What an output says that cannot be written.
+fn failed(target: &Path) -> String {
+    format!("cannot write {}; an older file there is untouched", target.display())
+}
+
+/// A complete file that has not got its name yet. Dropped without [`publish`] it leaves no trace.
+#[derive(Debug)]
+pub struct Complete {
+    target: PathBuf,
+    path: TempPath,
+    unfinished: interrupt::Unfinished,
+}
+
+/// Puts complete files in their places, replacing older ones. An interruption finds none of them there or all.
+///
+/// # Errors
+/// When a file cannot be renamed; older files at its place and those of the later ones then stay as they were.
+pub fn publish(files: impl IntoIterator<Item = Complete>) -> anyhow::Result<()> {
+    let files = files.into_iter().map(|Complete { target, path, unfinished }| (unfinished, (target, path)));
+    interrupt::publish(files, |(target, path): (PathBuf, TempPath)| {
+        let renamed = path.persist(&target).map_err(|error| error.error);
+        renamed.with_context(|| format!("cannot rename to {}", target.display()))
+    })
 }
 
 impl Write for Output {
@@ -388,43 +423,6 @@ impl Write for Output {
 impl Seek for Output {
     fn seek(&mut self, position: SeekFrom) -> std::io::Result<u64> {
         self.file.seek(position)
-    }
-}
-
-/// Keeps maps beside their final place; the last one is published.
-pub struct MapOutputs<'a> {
-    create: &'a dyn Fn() -> anyhow::Result<Output>,
-    last: Option<Output>,
-}
-
-impl<'a> MapOutputs<'a> {
-    /// Begins each map with `create`.
-    #[must_use]
-    pub fn new(create: &'a dyn Fn() -> anyhow::Result<Output>) -> Self {
-        Self { create, last: None }
-    }
-
-    /// The last map that was written.
-    ///
-    /// # Panics
-    /// Where none was.
-    #[must_use]
-    pub fn last(self) -> Output {
-        self.last.expect("a trace writes a map")
-    }
-}
-
-impl MapStore for MapOutputs<'_> {
-    type Writer = Output;
-
-    fn begin(&mut self) -> std::io::Result<Output> {
-        (self.create)().map_err(|error| std::io::Error::other(format!("{error:#}")))
-    }
-
-    fn open(&mut self, mut written: Output) -> Result<SonelMap, MapError> {
-        let map = SonelMap::open(written.file()?)?;
-        self.last = Some(written);
-        Ok(map)
     }
 }
 

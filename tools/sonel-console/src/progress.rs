@@ -53,7 +53,10 @@ impl Progress {
     #[must_use]
     pub fn wait(what: &'static str, progress: ProgressSink) -> Self {
         let bar = bar(what.into(), None, progress, "{msg:>10} {spinner} {elapsed}");
-        bar.enable_steady_tick(TICK);
+        // It takes a thread.
+        if !bar.is_hidden() {
+            bar.enable_steady_tick(TICK);
+        }
         Self { bar }
     }
 

@@ -119,6 +119,10 @@ pub struct Arguments {
     /// Time limit of --until, such as 60s, 5min, 2h: no rendering starts that would end later.
     #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
     pub at_most: Option<f64>,
+    /// Own memory that the rendering may take [bytes], such as 8G: one that is predicted to take more is refused before it
+    /// starts.
+    #[arg(long, value_name = "BYTES", value_parser = parse_count, allow_negative_numbers = true)]
+    pub memory: Option<u64>,
     /// Print shares per path class, estimators, points left out of the grid and timings as JSON.
     #[arg(long)]
     pub json: bool,
@@ -151,6 +155,7 @@ impl Arguments {
             shard: self.shard,
             until: self.until.clone(),
             at_most: self.at_most,
+            memory: self.memory.map(|bytes| bytes as f64),
         }
     }
 }

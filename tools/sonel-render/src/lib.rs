@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use sonel::plan as tables;
 use sonel::{Change, ClassShare, Map, Rendered};
 use sonel_console::follower::Follower;
-use sonel_console::output::{Kind, Output};
+use sonel_console::output::{self, Kind, Output};
 use sonel_console::progress::ProgressSink;
 use sonel_console::quantity::counted;
 use sonel_console::{Log, Outcome, use_threads};
@@ -56,13 +56,16 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
 
     let rendered = follower.result(prepared.render(plan.as_ref(), &follower))?;
     let target = output.target().display().to_string();
-    output.write(|out| rendered.response.echograms().write(out).map(drop))?;
-    if let Some(sounds) = sounds {
+    let mut complete = vec![output.complete(|out| rendered.response.echograms().write(out).map(drop))?];
+    if let Some(sounds) = &sounds {
         let room = rendered.response.surroundings();
         let settings =
             SoundSettings { volume: room.volume, seed: room.seed, sample_rate_hz: arguments.wav_rate };
         let synthesizer = Synthesizer::new(rendered.response.echograms(), settings);
-        sounds.write(&synthesizer, scene.up)?;
+        complete.extend(sounds.complete(&synthesizer, scene.up)?);
+    }
+    output::publish(complete)?;
+    if let Some(sounds) = &sounds {
         let files = counted(sounds.count(), "impulse response");
         follower.line(&format!("{files} written to {}", sounds.folder.display()))?;
     }

@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use sonel::ReceiverPoint;
 use sonel_console::input;
-use sonel_console::output::{Kind, Output};
+use sonel_console::output::{Complete, Kind, Output};
 use sonel_scene::Scene;
 use sonel_sound::{Head, Recording, SoundError, Synthesizer};
 
@@ -117,17 +117,25 @@ impl<'a> SoundFiles<'a> {
         Ok(std::iter::once(single).chain(ambix).chain(binaural).collect())
     }
 
-    /// Writes all impulse responses; `up` is up for those with directions.
-    pub fn write(&self, synthesizer: &Synthesizer<'_>, up: DVec3) -> anyhow::Result<()> {
-        let save = |path: &Path, channels| {
+    /// Completes the files of all impulse responses; `up` is up for those with directions.
+    pub fn complete(&self, synthesizer: &Synthesizer<'_>, up: DVec3) -> anyhow::Result<Vec<Complete>> {
+        let complete = |path: &Path, channels| {
             let recording = Recording { sample_rate_hz: self.sample_rate_hz, channels };
-            Output::create(path, Kind::SOUND, self.inputs)?.write(|out| recording.write(out))
+            Output::create(path, Kind::SOUND, self.inputs)?.complete(|out| recording.write(out))
         };
-        self.pairs().into_par_iter().try_for_each(|pair| {
-            let all = self.channels(synthesizer, pair, up)?;
-            let ends = self.ends();
-            ends.iter().zip(all).try_for_each(|(end, channels)| save(&self.path(pair, end), channels))
-        })
+        let of_pairs: anyhow::Result<Vec<Vec<Complete>>> = self
+            .pairs()
+            .into_par_iter()
+            .map(|pair| {
+                let all = self.channels(synthesizer, pair, up)?;
+                let ends = self.ends();
+                ends.iter()
+                    .zip(all)
+                    .map(|(end, channels)| complete(&self.path(pair, end), channels))
+                    .collect()
+            })
+            .collect();
+        Ok(of_pairs?.into_iter().flatten().collect())
     }
 }
 

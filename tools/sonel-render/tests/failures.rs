@@ -69,11 +69,12 @@ fn memory_that_is_not_there_is_told_with_a_remedy() {
     let folder = traced("500");
     // Echograms of half a million bins.
     let words = "room.sonelmap -o room.npz --quiet --grid 1:4:4,2,1.2 --bin 0.000001";
-    for (threads, remedy) in [(1, "if memory is short"), (1000, "take fewer --threads")] {
+    for (threads, remedy) in [(1, "not enough memory ("), (1000, "take fewer --threads")] {
         let render = format!("ulimit -v 400000; exec {PROGRAM} {words} --threads {threads}");
         let ended = Ended::of(Command::new("sh").current_dir(folder.folder()).args(["-c", &render]));
         assert_eq!(ended.code, Some(2), "{ended:?}");
         assert!(ended.err.contains(remedy), "{ended:?}");
+        assert_eq!(ended.err.lines().count(), 1, "{ended:?}");
     }
     assert_eq!(folder.names(), ["room.sonelmap", "scene.toml"]);
 }
@@ -100,4 +101,75 @@ fn a_folder_that_cannot_be_made_is_told_before_the_rendering() {
     assert!(missing.contains("cannot make the folder no/sounds"), "{missing}");
     assert!(file.contains("scene.toml is not a folder"), "{file}");
     assert_eq!(folder.names(), ["room.sonelmap", "scene.toml"]);
+}
+
+/// From too little for a thread to ample: what the system refuses is one line and code 2, whatever was about to be done.
+#[test]
+fn too_little_memory_is_one_message_at_every_size() {
+    let folder = traced("500");
+    let mut is_enough = false;
+    for mebibytes in (24..400).step_by(40) {
+        let words = "room.sonelmap -o room.npz --quiet --threads 2 --grid 1:4:3,2,1.2 --bin 0.0001";
+        let render = format!("ulimit -v {}; exec {PROGRAM} {words}", mebibytes << 10);
+        let ended = Ended::of(Command::new("sh").current_dir(folder.folder()).args(["-c", &render]));
+        is_enough |= ended.code == Some(0);
+        let is_told =
+            ended.code == Some(2) && ended.err.starts_with("error: ") && ended.err.lines().count() == 1;
+        assert!(ended.code == Some(0) || is_told, "{mebibytes} MiB: {ended:?}");
+    }
+    assert!(is_enough, "the last limits are ample");
+}
+
+/// Both are asked before the rendering, and the largest is announced.
+#[test]
+fn memory_that_is_not_allowed_is_refused_before_the_rendering() {
+    let folder = traced("500");
+    let render = |memory: &str| {
+        let words =
+            ["room.sonelmap", "-o", "room.npz", "--grid", "0.5:4.5:20,0.5:3.5:20,1.2", "--rays", "100"];
+        Ended::of(Command::new(PROGRAM).current_dir(folder.folder()).args(words).args(["--memory", memory]))
+    };
+    let said = render("50M").refused();
+    assert!(said.contains("--memory 50.0 MB is not enough: the run needs about: memory"), "{said}");
+    assert!(render("0").refused().contains("--memory 0 is no limit"));
+    assert_eq!(render("1G").code, Some(0));
+}
+
+/// The response and the impulse responses appear together.
+#[test]
+fn interrupted_impulse_responses_leave_all_outputs_or_none() {
+    let folder = traced("500");
+    let words = "room.sonelmap -o room.npz --quiet --grid 1:4:12,1:3:8,1.2 --bin 0.1 --rays 100 --wav sounds";
+    let render = || {
+        let mut command = Command::new(PROGRAM);
+        command.current_dir(folder.folder()).args(words.split(' ')).stderr(Stdio::piped());
+        command.spawn().unwrap()
+    };
+    let sounds = || std::fs::read_dir(folder.path("sounds")).map_or(0, |entries| entries.count());
+    let child = render();
+    let begun = Instant::now();
+    while sounds() < 4 {
+        assert!(begun.elapsed() < Duration::from_secs(60), "no impulse response was begun");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(Command::new("kill").args(["-s", "INT", &child.id().to_string()]).status().unwrap().success());
+    let ended = child.wait_with_output().unwrap();
+    let said = String::from_utf8(ended.stderr).unwrap();
+    assert_eq!(ended.status.code(), Some(130), "{said}");
+    assert!(said.contains("older outputs are untouched"), "{said}");
+    assert_eq!((sounds(), folder.path("room.npz").exists()), (0, false));
+}
+
+#[test]
+fn a_stdout_that_is_closed_is_an_error_where_something_is_printed() {
+    let folder = traced("500");
+    let closed = |words: &str| {
+        let line = format!("exec {PROGRAM} {words} >&-");
+        Ended::of(Command::new("sh").current_dir(folder.folder()).args(["-c", &line]))
+    };
+    for words in ["--help", "--version", "room.sonelmap -o a.npz --quiet --receiver a=4,3,1 --json"] {
+        let said = closed(words).refused();
+        assert_eq!(said, "error: cannot print: stdout is closed\n", "{words}");
+    }
+    assert_eq!(closed("room.sonelmap -o b.npz --quiet --receiver a=4,3,1").code, Some(0));
 }

@@ -68,6 +68,10 @@ pub struct Arguments {
     /// Time limit of --until, such as 60s, 5min, 2h.
     #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
     pub at_most: Option<f64>,
+    /// Own memory that the run may take [bytes], such as 8G: one that is predicted to take more is refused before it starts. Not with
+    /// --until.
+    #[arg(long, value_name = "BYTES", value_parser = parse_count, allow_negative_numbers = true, conflicts_with = "until")]
+    pub memory: Option<u64>,
     /// Simulated effects: auto, all or none, then changes such as auto,-air; auto:1 omits effects below 1 just-noticeable
     /// difference, auto below 0.1 [default: auto].
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
@@ -112,6 +116,7 @@ impl Arguments {
             effects: self.effects.clone(),
             until: self.until.clone(),
             at_most: self.at_most,
+            memory: self.memory.map(|bytes| bytes as f64),
         }
     }
 }

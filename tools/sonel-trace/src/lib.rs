@@ -14,7 +14,8 @@ use serde_json::{Value, json};
 use sonel::plan as tables;
 use sonel::{Map, Plan, PreparedTrace, Scene, Traced};
 use sonel_console::follower::Follower;
-use sonel_console::output::{self, Kind, MapOutputs, Output};
+use sonel_console::maps::MapOutputs;
+use sonel_console::output::{self, Kind, Output};
 use sonel_console::progress::ProgressSink;
 use sonel_console::{Log, Outcome, input, spelled, use_threads};
 

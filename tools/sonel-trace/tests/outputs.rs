@@ -207,6 +207,9 @@ fn runs_beyond_all_measure_are_refused_with_what_they_take() {
             "--plan",
         ],
     );
+    let mut command = Command::new(PROGRAM);
+    let limited = command.args(arguments(&folder, &target, "1M")).args(["--memory", "1M"]);
+    refused(limited, &["--memory 1.0 MB is not enough: the run needs about: map", "give fewer packets"]);
     for threads in ["0", "1025", "10000", "many"] {
         let mut command = Command::new(PROGRAM);
         let said = Ended::of(command.args(arguments(&folder, &target, "100")).args(["--threads", threads]))

@@ -281,6 +281,9 @@ function maps() {
   ["L", "G", "EDT", "T20", "T30", "C50", "C80", "D50", "Ts"].forEach((symbol) => parameter.append(make("option", symbol)));
   parameter.value = "C80";
   ["mid", ...shown.room.bands.map(hertz)].forEach((text) => band.append(make("option", text)));
+  // About 150 places: each takes as long as the first numbers of the listener.
+  const [a, b] = view.box.getSize(new THREE.Vector3()).projectOnPlane(new THREE.Vector3(...shown.room.up)).toArray().map(Math.abs).sort((one, other) => other - one);
+  byId("spacing").value = Math.max(0.2, Math.sqrt(a * b / 150)).toFixed(1);
   const painting = new Newest(async (wish, isNewest) => {
     for (const batches of [shown.steps[0], null]) {
       const answer = await server.ask("grid", { ...wish, window: server.window, batches });

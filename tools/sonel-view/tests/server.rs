@@ -171,7 +171,7 @@ fn the_page_has_the_numbers_of_the_programs() {
     assert_eq!(plane["at"].as_array().map(Vec::len), Some(20), "{plane}");
     let (status, other) = served.ask(
         "render",
-        &json!({ "window": "w", "listener": at, "changes": { "materials.walls.absorption": [0.4; 8] } }),
+        &json!({ "window": "w", "listener": at, "changes": { "materials.walls.absorption": vec![0.4; 8] } }),
     );
     assert!(status == 200 && other["parameters"] != answer["parameters"]);
 }

@@ -16,7 +16,7 @@ const KEYWORDS: [(&str, &[&str]); 2] = [
         "sonel-trace",
         &[
             "packets", "seed", "batches", "survival", "mode", "spectral", "duration", "effects", "until",
-            "at_most",
+            "at_most", "memory",
         ],
     ),
     (
@@ -32,6 +32,7 @@ const KEYWORDS: [(&str, &[&str]); 2] = [
             "rays",
             "directions",
             "materials",
+            "memory",
         ],
     ),
 ];

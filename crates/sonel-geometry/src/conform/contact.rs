@@ -133,7 +133,11 @@ fn meet(all: &[Face], faces: [u32; 2], tolerance: f64, found: &mut Vec<Meeting>)
     let is_in_plane = |heights: [f64; 3]| heights.iter().all(|&height| height == 0.0);
     let mut push = |contact, is_crossing| found.push(Meeting { faces, contact, is_crossing });
     if is_in_plane(above_a) || is_in_plane(above_b) {
-        let far = a.farthest_off(b).max(b.farthest_off(a));
+        let far = a.farthest_off(b);
+        if far > tolerance {
+            return;
+        }
+        let far = far.max(b.farthest_off(a));
         if far < -tolerance {
             push(Contact::Overlap, false);
         } else if far <= tolerance {

@@ -19,14 +19,26 @@ const RAYS_OF_ALL: usize = 400_000;
 impl Geometry {
     /// Whether a world position [m] is in the air of the closed room: within its hull and in no solid.
     pub fn contains(&self, point: DVec3) -> bool {
-        let cell = self.cell_at(point);
-        self.is_closed_room() && cell != OUTSIDE && self.cells.cell(cell).is_air
+        self.is_air_cell(self.cell_at(point))
     }
 
     /// The number of the cell that a world position [m] is in: a room, the inside of a solid, or 0 for what is outside. Between two cells is
     /// always a face.
     pub fn cell_at(&self, point: DVec3) -> u32 {
         self.cells.at(&self.mesh, point)
+    }
+
+    /// Whether a cell is air of the closed room.
+    pub fn is_air_cell(&self, cell: u32) -> bool {
+        self.is_closed_room() && cell != OUTSIDE && self.cells.cell(cell).is_air
+    }
+
+    /// The cells in front of a wall and behind it, where its largest triangle is. Borders between airs bound no cells: 0.
+    pub fn cells_beside(&self, surface: SurfaceId) -> [u32; 2] {
+        let area = |triangle: &u32| self.mesh.vector_area(*triangle).length_squared();
+        let triangles = self.surface(surface).triangles.iter();
+        let largest = triangles.max_by(|a, b| area(a).total_cmp(&area(b)));
+        largest.map_or([OUTSIDE; 2], |&triangle| self.cells.sides(triangle))
     }
 
     /// Whether a triangle bounds a solid or the room, or in the open anything closed.

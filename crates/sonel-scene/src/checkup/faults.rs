@@ -18,8 +18,6 @@ const SLIVER_SHARE: f64 = 1e-3;
 const WIDEST_OVERLAP: f64 = 1e-3;
 /// Largest share of a solid's face in air [1] with which all of it counts as touching others. Chosen, not measured; doubled, 2 % may be bare.
 const LARGEST_BARE_SHARE: f64 = 0.01;
-/// Most solid angles computed in the search for unreachable surfaces; larger meshes are not searched. Chosen, not measured: it bounds the time.
-const MOST_SOLID_ANGLES: usize = 200_000_000;
 
 /// One sentence for each kind of fault of the walls of a scene.
 pub(super) fn of(geometry: &Geometry, scene: &Scene) -> Vec<String> {
@@ -180,27 +178,23 @@ fn unreachable(geometry: &Geometry, scene: &Scene) -> Option<String> {
     if !geometry.is_closed_room() {
         return None;
     }
-    let triangles = geometry.mesh().triangles.len();
-    if geometry.surfaces().len().saturating_mul(triangles) > MOST_SOLID_ANGLES {
-        return None;
-    }
-    let is_air = |point: DVec3| geometry.contains(point);
     let at_sources: Vec<u32> = scene
         .sources
         .iter()
-        .map(|source| source.position)
-        .filter(|position| is_air(*position))
-        .map(|position| geometry.cell_at(position))
+        .map(|source| geometry.cell_at(source.position))
+        .filter(|cell| geometry.is_air_cell(*cell))
         .collect();
     let transmits =
         scene.materials.iter().any(|material| material.transmission.iter().any(|&share| share > 0.0));
     let anywhere = transmits || at_sources.is_empty();
-    let sounds = |point: DVec3| is_air(point) && (anywhere || at_sources.contains(&geometry.cell_at(point)));
+    let sounds = |cell: u32| geometry.is_air_cell(cell) && (anywhere || at_sources.contains(&cell));
     let is_contact = |(surface, id): (&Surface, SurfaceId)| {
         surface.closed && geometry.exposed(id) <= LARGEST_BARE_SHARE * surface.area
     };
     let all = geometry.surfaces().iter().zip((0..).map(SurfaceId));
-    let unreached = all.filter(|&surface| !is_contact(surface) && !is_beside(geometry, surface.0, sounds));
+    let unreached = all.filter(|&(surface, id)| {
+        !surface.interface && !is_contact((surface, id)) && !geometry.cells_beside(id).into_iter().any(sounds)
+    });
     let named = surfaces(unreached.map(|(surface, _)| surface));
     (!named.is_empty()).then(|| {
         format!(
@@ -209,20 +203,6 @@ fn unreachable(geometry: &Geometry, scene: &Scene) -> Option<String> {
             listed(&named)
         )
     })
-}
-
-/// Whether `sounds` holds beside the largest triangle of a surface, on one side at least.
-fn is_beside(geometry: &Geometry, surface: &Surface, sounds: impl Fn(DVec3) -> bool) -> bool {
-    let mesh = geometry.mesh();
-    let corners = |triangle: &u32| {
-        mesh.triangles[*triangle as usize].corners.map(|corner| mesh.vertices[corner as usize])
-    };
-    let area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).length();
-    let largest = surface.triangles.iter().map(corners).max_by(|a, b| area(*a).total_cmp(&area(*b)));
-    let Some([a, b, c]) = largest else { return true };
-    let middle = (a + b + c) / 3.0;
-    let step = 2.0 * geometry.clearance() * surface.normal;
-    [step, -step].into_iter().any(|step| sounds(middle + step))
 }
 
 #[cfg(test)]

@@ -158,6 +158,22 @@ fn receivers_behind_an_opaque_partition_are_warned_of() {
     assert_eq!(checked(&scene, &sealed[1..]).warnings, none);
 }
 
+/// Fifteen thousand surfaces, one of them a panel in a solid: each is looked up in what is on its two sides, none is left out.
+#[test]
+fn surfaces_in_solids_are_named_in_rooms_of_many_surfaces() {
+    let pyramid = |at: usize| {
+        let [x, y, z] = [at % 20, at / 20 % 20, at / 400].map(|step| 0.3 * step as f64 + 0.3);
+        let [a, b, c, d] =
+            [[x, y, z / 3.0], [x + 0.1, y, z / 3.0], [x, y + 0.1, z / 3.0], [x, y, z / 3.0 + 0.05]];
+        [[a, c, b], [a, b, d], [b, c, d], [c, a, d]].map(|corners| (corners, "walls"))
+    };
+    let panel = quad([[8.5, 2.5, 1.0], [8.5, 3.5, 1.0], [8.5, 3.5, 1.5], [8.5, 2.5, 1.5]]);
+    let solid = box_between([8.0, 2.0, 0.5], [9.0, 4.0, 2.0]);
+    let pyramids = (0..3800).flat_map(pyramid).collect();
+    let Checkup { faults, .. } = checked(SCENE, &[empty(), solid, panel.to_vec(), pyramids].concat());
+    assert!(faults.iter().any(|fault| fault.starts_with("1 surface inside solids")), "{faults:?}");
+}
+
 /// Exporters cut a polygon with corners in one line into triangles without area, the same ones on both sides of the line.
 #[test]
 fn triangles_without_area_double_none() {

@@ -8,17 +8,24 @@ use sonel_acoustics::{Directivity, Material, energy_to_level_db};
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, hexadecimal};
-use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_renderer::{Columns, ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_study::forecast::Effort;
+use sonel_study::plan::RenderLoad;
 use sonel_study::response;
 
 use crate::Result;
 use crate::error::At;
+use crate::feasible::Demand;
 use crate::observer::Watch;
 use crate::prepared::Prepared;
 use crate::version::version;
 
 /// Version of the renderer, as responses state it.
 pub static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_renderer::REVISION));
+
+/// CPU time for a sonel at a receiver [s], with its share of rays and edges: 0.25 µs in the hall and an office (docs/planning.md), a fifth of
+/// that in a shoebox.
+const SECONDS_PER_SONEL: f64 = 0.25e-6;
 
 /// What is rendered, and where.
 pub(super) struct Job<'a> {
@@ -32,6 +39,8 @@ pub(super) struct Job<'a> {
     pub prepared: &'a Prepared,
     /// Number of batches; by default all.
     pub batches: Option<u32>,
+    /// Own memory that it may take [bytes].
+    pub memory: Option<f64>,
     /// Where.
     pub receivers: &'a [ReceiverPoint],
     /// Who follows.
@@ -68,6 +77,7 @@ impl<'a> Job<'a> {
             None => Ok(renderer),
         });
         let renderer = renderer.at(|| label.to_owned())?;
+        self.demand(&renderer, &settings).admit(self.memory, "give fewer receivers or wider bins", watch)?;
         let opened = watch.seconds();
         let sources = map.header().scene.sources.len() as f64;
         let renderings = response::render(map, &renderer, receivers, &mut |source, share| {
@@ -79,6 +89,28 @@ impl<'a> Job<'a> {
         let run = Run { map, renderer, settings, renderings, response, opened, seconds };
         let metadata = run.metadata();
         Ok(Run { response: Response { metadata, ..run.response }, ..run })
+    }
+}
+
+impl Job<'_> {
+    /// What a rendering takes.
+    fn demand(&self, renderer: &Renderer<'_>, settings: &RenderSettings) -> Demand {
+        let traced = self.map.header().settings;
+        let scene = &self.map.header().scene;
+        let pairs = scene.sources.len() as f64 * self.receivers.len() as f64;
+        let sonels = self.map.vertex_count() as f64 / scene.sources.len() as f64;
+        let rays = settings.rays(traced.emissions);
+        let effort = Effort { emissions: traced.emissions, rays, batches: renderer.batches() };
+        let load = RenderLoad {
+            columns: if settings.directions { Columns::DIRECTED } else { Columns::PLAIN },
+            casts_rays: renderer.gathers_by_mirrors(),
+            segments: sonels / traced.emissions.max(1) as f64,
+        };
+        Demand {
+            cpu_seconds: SECONDS_PER_SONEL * sonels * pairs,
+            map_bytes: 0.0,
+            memory_bytes: load.memory(effort, scene, self.receivers.len(), settings.bin),
+        }
     }
 }
 

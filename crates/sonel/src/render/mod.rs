@@ -239,7 +239,16 @@ impl PreparedRendering<'_> {
 
     fn job<'b>(&'b self, watch: Watch<'b>) -> Job<'b> {
         let Self { label, prepared, map, geometry, receivers, options, .. } = self;
-        Job { map, geometry, label, prepared, batches: options.batches, receivers, watch }
+        Job {
+            map,
+            geometry,
+            label,
+            prepared,
+            batches: options.batches,
+            memory: options.memory,
+            receivers,
+            watch,
+        }
     }
 
     /// Predicts cost and intervals of renderings for several accuracies.

@@ -8,6 +8,7 @@ use sonel_renderer::{Air as Attenuation, Estimator, RenderSettings};
 use sonel_scene::Scene;
 use sonel_study::target::Targets;
 
+use crate::feasible::wrong_memory;
 use crate::{Change, Error, Grid, Result};
 
 /// Options of a rendering.
@@ -45,6 +46,8 @@ pub struct RenderOptions {
     pub until: Option<Targets>,
     /// Limit of `until` and of plans [s], by the observer's clock.
     pub at_most: Option<f64>,
+    /// Own memory that the rendering may take [bytes]: one that is predicted to take more is refused.
+    pub memory: Option<f64>,
 }
 
 /// The air that attenuates in a rendering. Travel times are those of the trace.
@@ -84,6 +87,7 @@ impl Default for RenderOptions {
             shard: None,
             until: None,
             at_most: None,
+            memory: None,
         }
     }
 }
@@ -98,6 +102,7 @@ impl RenderOptions {
             bin.map(|bin| {
                 format!("`bin` {bin} s is no width of a time bin: give a width above 0 s, such as 0.001")
             }),
+            wrong_memory(self.memory),
             at_most.map(|seconds| format!("`at_most` {seconds} s is no limit: give a time above 0 s")),
             (self.rays == Some(0)).then(|| "`rays` 0 gather nothing: give at least 1".to_owned()),
             (self.until.is_some() && self.shard.is_some())

@@ -153,8 +153,8 @@ impl PreparedTrace<'_> {
     ) -> Result<Traced> {
         watched(observer, |watch| {
             let planner = self.planner();
-            if self.options.packets.is_some() {
-                planner.check_feasible(self.header.shard, watch)?;
+            if self.options.packets.is_some() || self.options.until.is_none() {
+                planner.check_feasible(self.header.shard, self.options.memory, watch)?;
             }
             let Finished { traced, told, is_reached } = self.run(&planner, plan, store, watch)?;
             let Run { map, ledger } = traced;

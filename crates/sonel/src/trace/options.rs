@@ -4,6 +4,7 @@ use sonel_map::{Mode, Settings, ShardRange, Spectral};
 use sonel_scene::LONGEST_DURATION;
 use sonel_study::target::Targets;
 
+use crate::feasible::wrong_memory;
 use crate::{Effects, Error, Map, Result, Variants};
 
 /// Options of a trace; those that are none have the default stated here.
@@ -38,6 +39,8 @@ pub struct TraceOptions<'a> {
     pub until: Option<Targets>,
     /// Limit of `until` and of plans [s], by the observer's clock.
     pub at_most: Option<f64>,
+    /// Own memory that the run may take [bytes]: one that is predicted to take more is refused. Not for `until`.
+    pub memory: Option<f64>,
 }
 
 /// Most batches of a run.
@@ -88,6 +91,7 @@ impl TraceOptions<'_> {
                 format!("`duration` {duration} s is outside the allowed range: give a number above 0 and at most {LONGEST_DURATION} s")
             }),
             batches.map(|batches| format!("`batches` {batches} is outside 1 … {MOST_BATCHES}")),
+            wrong_memory(self.memory),
             at_most.map(|seconds| format!("`at_most` {seconds} s is no limit: give a time above 0 s")),
             when(
                 self.extend.is_some() && !is_longer,

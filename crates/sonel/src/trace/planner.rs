@@ -12,8 +12,8 @@ use crate::feasible::Demand;
 use crate::observer::Watch;
 use crate::{Error, Result};
 
-/// Fewer emissions than this are feasible in any scene.
-const SURELY_FEASIBLE: f64 = 1e7;
+/// Fewer emissions than this are few in any scene.
+const SURELY_FEASIBLE: f64 = 32.0 * pilot::FEW as f64;
 /// A vertex of a path in the map [bytes] (docs/formats).
 const VERTEX_BYTES: f64 = 16.0;
 /// Emissions in memory at once: 64 chunks of 512.
@@ -53,13 +53,14 @@ impl<'a> Planner<'a> {
         }
     }
 
-    /// Checks that a run of the settings, or its part `shard`, takes no more than any run may.
+    /// Checks that a run of the settings, or its part `shard`, takes no more than any run may, nor more `memory` [bytes] than it is allowed.
+    /// Announces a large one.
     ///
     /// # Errors
     /// What it takes and what is allowed.
-    pub fn check_feasible(&self, shard: ShardRange, watch: Watch<'_>) -> Result<()> {
+    pub fn check_feasible(&self, shard: ShardRange, memory: Option<f64>, watch: Watch<'_>) -> Result<()> {
         let emissions = self.settings.emissions as f64 / f64::from(shard.count);
-        if emissions < SURELY_FEASIBLE {
+        if emissions < SURELY_FEASIBLE && memory.is_none() {
             return Ok(());
         }
         let sources = self.room.scene().sources.len() as f64;
@@ -67,7 +68,7 @@ impl<'a> Planner<'a> {
         let segments = pilot::segments(&self.config(&PLANNED, None))?;
         let each = (watch.clock().process() - begin) / pilot::FEW as f64;
         let map_bytes = VERTEX_BYTES * segments * sources * emissions;
-        let memory_bytes = VERTEX_BYTES * segments * CHUNKS_IN_MEMORY;
+        let memory_bytes = VERTEX_BYTES * segments * CHUNKS_IN_MEMORY.min(emissions);
         let demand = Demand { cpu_seconds: each * emissions, map_bytes, memory_bytes };
         if let Some(excess) = demand.excess() {
             return Err(Error::Options(vec![format!(
@@ -75,6 +76,6 @@ impl<'a> Planner<'a> {
                 self.settings.emissions
             )]));
         }
-        Ok(())
+        demand.admit(memory, "give fewer packets", watch)
     }
 }

@@ -10,7 +10,7 @@ use std::thread;
 use serde_json::{Value, json};
 use sonel::{
     Axis, Change, Channels, Grid, Head, Map, Observer, ReceiverPoint, RenderOptions, Rendered, Scene,
-    Severity, Silent, TraceOptions,
+    Severity, Silent, SoundOptions, TraceOptions,
 };
 use sonel_analysis::average::single_number;
 use sonel_analysis::{Parameter, ParameterValue, parameters};
@@ -262,7 +262,7 @@ impl Session {
         let options = RenderOptions { directions: true, ..options(&wish.changes, wish.batches)? };
         let response = map.render(&[listener(wish.listener)?], &options, &newest)?.response;
         let source = of_sources(wish.source, response.echograms().sources())?;
-        let mut pairs = response.impulse_responses(Channels::Ears(&self.head), None)?;
+        let mut pairs = response.impulse_responses(Channels::Ears(&self.head), SoundOptions::default())?;
         newest.unless_replaced()?;
         Ok(Answer::Samples(pairs.swap_remove(source).concat()))
     }

@@ -6,11 +6,16 @@
 //!
 //! Reference: [HeckbertHanrahan1984] (docs/references.md).
 
+use std::f64::consts::TAU;
+
 use glam::DVec3;
 
 /// An edge seen under a smaller angle [rad] has no plane worth the name: clipping leaves such edges behind, and the
 /// rounding of their ends would turn them anywhere. Without its plane a beam is only larger.
 const SMALLEST_SINE: f64 = 1e-6;
+
+/// Apertures of more corners are replaced by a circumscribed polygon: clipping takes the product of both numbers of corners.
+const MOST_CORNERS: usize = 64;
 
 /// An image and what is seen of it through an aperture.
 #[derive(Debug, Clone)]
@@ -114,6 +119,34 @@ pub(crate) fn hull(points: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     lower.into_iter().chain(upper).map(|(_, _, point)| point).collect()
 }
 
+/// The convex hull of points in a plane with unit `normal`; where it has more than [`MOST_CORNERS`] corners, a polygon of so many about it,
+/// whose sides touch it.
+#[must_use]
+pub(crate) fn outline(points: &[DVec3], normal: DVec3) -> Vec<DVec3> {
+    let hull = hull(points, normal);
+    if hull.len() <= MOST_CORNERS {
+        return hull;
+    }
+    let (first, second) = normal.any_orthonormal_pair();
+    let step = TAU / MOST_CORNERS as f64;
+    let outward = |side: usize| {
+        let (sine, cosine) = libm::sincos(step * side as f64);
+        cosine * first + sine * second
+    };
+    let origin = hull[0];
+    let reach = |side: usize| {
+        hull.iter().map(|corner| outward(side).dot(*corner - origin)).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let reaches: Vec<f64> = (0..MOST_CORNERS).map(reach).collect();
+    // The corner between a side and the next one, by the distances of both from the origin.
+    let corner = |side: usize| {
+        let (here, there) = (reaches[side], reaches[(side + 1) % MOST_CORNERS]);
+        let along = (there - here * libm::cos(step)) / libm::sin(step);
+        origin + here * outward(side) + along * normal.cross(outward(side))
+    };
+    (0..MOST_CORNERS).map(corner).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -145,6 +178,25 @@ mod tests {
         assert!(beam.misses(DVec3::new(10.0, 0.0, 3.0), 1.0));
         assert!(!beam.misses(DVec3::new(4.0, 0.0, 3.0), 1.0));
         assert!(!beam.misses(DVec3::new(0.0, 0.0, 3.0), 0.1));
+    }
+
+    /// A disc of 4000 corners, off the origin and tilted.
+    #[test]
+    fn the_outline_of_many_corners_is_a_polygon_of_few_about_them() {
+        let normal = DVec3::new(0.3, -0.5, 0.8).normalize();
+        let (right, up) = normal.any_orthonormal_pair();
+        let disc: Vec<DVec3> = (0..4000)
+            .map(|at| libm::sincos(TAU * f64::from(at) / 4000.0))
+            .map(|(sine, cosine)| DVec3::new(70.0, 3.0, 5.0) + 2.0 * cosine * right + 2.0 * sine * up)
+            .collect();
+        let outline = outline(&disc, normal);
+        assert_eq!(outline.len(), MOST_CORNERS);
+        for (at, corner) in outline.iter().enumerate() {
+            let inward = normal.cross(outline[(at + 1) % MOST_CORNERS] - *corner).normalize();
+            assert!(disc.iter().all(|point| inward.dot(*point - *corner) > -1e-9), "side {at}");
+        }
+        let (found, exact) = (area(&outline), TAU / 2.0 * 4.0);
+        assert!(found > exact && found < 1.001 * exact, "{found} {exact}");
     }
 
     #[test]

@@ -12,7 +12,7 @@ use smallvec::{SmallVec, smallvec};
 use sonel_geometry::{Crossed, Departure, End, Geometry, Leg, MOST_ROUNDS, PlaneId, Side, Sight, SurfaceId};
 use sonel_map::{BandValues, CoefficientTable, Lanes, lanes_of};
 
-use super::beam::{Beam, clip, hull};
+use super::beam::{Beam, clip, outline};
 use super::{Image, MirrorArrival, Radiator};
 use crate::partition::{Partitions, is_partition};
 
@@ -76,7 +76,7 @@ struct Mirror {
 struct Facet {
     mirror: Mirror,
     plane: PlaneId,
-    /// Convex hull of the surface, about the scene's centre [m].
+    /// Convex polygon about the surface, about the scene's centre [m].
     outline: Vec<DVec3>,
     centre: DVec3,
     radius: f64,
@@ -469,7 +469,7 @@ fn facets(geometry: &Geometry, table: &CoefficientTable) -> Vec<Facet> {
             .flat_map(|&triangle| geometry.mesh().triangles[triangle as usize].corners)
             .map(|corner| geometry.mesh().vertices[corner as usize] - geometry.center())
             .collect();
-        let outline = hull(&corners, surface.normal);
+        let outline = outline(&corners, surface.normal);
         let centre = outline.iter().sum::<DVec3>() / outline.len() as f64;
         let radius = outline.iter().map(|corner| corner.distance(centre)).fold(0.0, f64::max);
         let sides = if surface.closed { &[Side::Front][..] } else { &[Side::Front, Side::Back] };
