@@ -39,8 +39,9 @@ class RoomView {
     this.spots();
     this.whole();
     this.dragging();
-    new ResizeObserver(() => this.draw()).observe(this.canvas);
-    window.addEventListener("beforeprint", () => this.draw());
+    // Until the reader turns it, the room fits whatever becomes of the window.
+    this.controls.addEventListener("start", () => { this.isTurned = true; });
+    new ResizeObserver(() => this.isTurned ? this.draw() : this.whole()).observe(this.canvas);
   }
 
   // Coordinates of the scene are kept as differences to its origin: screens have 32-bit floats.
