@@ -223,7 +223,7 @@ impl Response {
     }
 
     /// Impulse responses, [S, R, channels, samples].
-    #[pyo3(signature = (order=None, head=None, seed=None, sample_rate_hz=48_000))]
+    #[pyo3(signature = (order=None, head=None, seed=None, sample_rate_hz=48_000, is_matched=false))]
     fn impulse_responses(
         &self,
         py: Python<'_>,
@@ -231,8 +231,9 @@ impl Response {
         head: Option<Vec<u8>>,
         seed: Option<u64>,
         sample_rate_hz: u32,
+        is_matched: bool,
     ) -> PyResult<Array> {
-        let options = SoundOptions { seed, sample_rate_hz };
+        let options = SoundOptions { seed, sample_rate_hz, is_matched };
         on_all_cores(py, || self.sound(order, head.as_deref(), options))?.map_err(error)
     }
 

@@ -7,17 +7,17 @@
 //! |P|² does not depend on the rate. To convert a response to another rate like a recording changes it by the ratio of the rates: 9.5 dB from 48 to
 //! 16 kHz. So it is made at the rate that is wanted; bands above half of it are left out.
 
-use std::sync::Arc;
-
 use glam::DVec3;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use realfft::num_complex::Complex;
 use sonel_echogram::Response;
 
 use crate::ambisonics::{Frame, channels};
-use crate::crossover::Crossover;
+use crate::crossover::{Crossover, NARROW};
 use crate::head::{self, Head};
+use crate::matching::{Gains, Matching};
 use crate::plane_waves::PlaneWaves;
 use crate::pulses::Pulses;
+use crate::transform::{Spectrum, Transform, through};
 use crate::{SAMPLE_RATE_HZ, SoundError, fractional};
 
 /// How impulse responses are made.
@@ -29,11 +29,13 @@ pub struct SoundSettings {
     pub seed: u64,
     /// Samples per second, one of [`crate::SAMPLE_RATES_HZ`].
     pub sample_rate_hz: u32,
+    /// Whether band energies per 10 ms are those of the response ([`crate::matching`]).
+    pub is_matched: bool,
 }
 
 impl Default for SoundSettings {
     fn default() -> Self {
-        Self { volume: None, seed: 1, sample_rate_hz: SAMPLE_RATE_HZ }
+        Self { volume: None, seed: 1, sample_rate_hz: SAMPLE_RATE_HZ, is_matched: false }
     }
 }
 
@@ -41,12 +43,13 @@ impl Default for SoundSettings {
 pub struct Synthesizer<'a> {
     response: &'a Response,
     settings: SoundSettings,
+    /// Samples of an impulse response.
     samples: usize,
     /// Silence about the response in which the filters of bands ring behind those of a head [samples]: 0.17 s.
     padding: usize,
     crossover: Crossover,
-    forward: Arc<dyn RealToComplex<f64>>,
-    backward: Arc<dyn ComplexToReal<f64>>,
+    matching: Option<Matching>,
+    transform: Transform,
 }
 
 impl<'a> Synthesizer<'a> {
@@ -58,11 +61,13 @@ impl<'a> Synthesizer<'a> {
         let samples = libm::round(end.max(0.0) * rate) as usize + 1;
         let padding = 2 * head::longest(settings.sample_rate_hz);
         let length = (samples + 2 * padding).next_power_of_two();
-        let mut planner = RealFftPlanner::new();
-        let step_hz = rate / length as f64;
-        let crossover = Crossover::new(&response.center_frequency_hz, step_hz, length / 2 + 1);
-        let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
-        Self { response, settings, samples, padding, crossover, forward, backward }
+        let (step_hz, count) = (rate / length as f64, length / 2 + 1);
+        let crossover = Crossover::new(&response.center_frequency_hz, NARROW, step_hz, count);
+        let place = padding..padding + samples;
+        let matching = settings
+            .is_matched
+            .then(|| Matching::new(&response.center_frequency_hz, (rate, place), step_hz, count));
+        Self { response, settings, samples, padding, crossover, matching, transform: Transform::new(length) }
     }
 
     /// Pressure of source `s` at receiver `r` relative to a free field at 1 m, from the emission to the end of the echogram.
@@ -71,7 +76,7 @@ impl<'a> Synthesizer<'a> {
     /// When listed arrivals are not part of the echogram.
     pub fn impulse_response(&self, s: usize, r: usize) -> Result<Vec<f32>, SoundError> {
         let pulses = self.pulses((s, r))?;
-        Ok(self.filtered(&pulses, |_| &[1.0]))
+        Ok(self.filtered(&pulses, &self.rounds(&pulses), |_| &[1.0]))
     }
 
     /// The same in ambisonics up to `order`, at most 3, with `up` a unit vector: the left side is the lateral axis of the receiver. Channel 0 is
@@ -87,8 +92,11 @@ impl<'a> Synthesizer<'a> {
     ) -> Result<Vec<Vec<f32>>, SoundError> {
         let (pulses, frame) = self.directed_pulses((s, r), up)?;
         let gains: Vec<Vec<f64>> = pulses.direction.iter().map(|u| frame.gains(order, *u)).collect();
+        let rounds = self.rounds(&pulses);
         Ok((0..channels(order))
-            .map(|channel| self.filtered(&pulses, |pulse| std::slice::from_ref(&gains[pulse][channel])))
+            .map(|channel| {
+                self.filtered(&pulses, &rounds, |pulse| std::slice::from_ref(&gains[pulse][channel]))
+            })
             .collect())
     }
 
@@ -105,7 +113,10 @@ impl<'a> Synthesizer<'a> {
     ) -> Result<Vec<Vec<f32>>, SoundError> {
         let (pulses, frame) = self.directed_pulses((s, r), up)?;
         let nearest: Vec<usize> = pulses.direction.iter().map(|u| head.nearest(frame.local(*u))).collect();
-        Ok((0..2).map(|ear| self.filtered(&pulses, |pulse| head.taps(nearest[pulse], ear))).collect())
+        let rounds = self.rounds(&pulses);
+        Ok((0..2)
+            .map(|ear| self.filtered(&pulses, &rounds, |pulse| head.taps(nearest[pulse], ear)))
+            .collect())
     }
 
     fn pulses(&self, (s, r): (usize, usize)) -> Result<Pulses, SoundError> {
@@ -120,10 +131,34 @@ impl<'a> Synthesizer<'a> {
         Ok((pulses, Frame::new(directions.lateral_axes[r].into(), up)))
     }
 
-    /// The sum of all pulses, each with the taps of a filter, in their bands.
-    fn filtered<'t>(&self, pulses: &Pulses, taps_of: impl Fn(usize) -> &'t [f64]) -> Vec<f32> {
+    /// Gains that match the pressure with the response; none where they are not asked for. They are those of the pressure in all channels.
+    fn rounds(&self, pulses: &Pulses) -> Vec<Gains> {
+        let rounds =
+            |matching: &Matching| matching.rounds(&self.transform, pulses, self.spectrum(pulses, |_| &[1.0]));
+        self.matching.as_ref().map(rounds).unwrap_or_default()
+    }
+
+    /// The sum of all pulses, each with the taps of a filter, matched.
+    fn filtered<'t>(
+        &self,
+        pulses: &Pulses,
+        rounds: &[Gains],
+        taps_of: impl Fn(usize) -> &'t [f64],
+    ) -> Vec<f32> {
+        let mut spectrum = self.spectrum(pulses, taps_of);
+        for (matching, gains) in
+            self.matching.iter().flat_map(|one| rounds.iter().map(move |gains| (one, gains)))
+        {
+            spectrum = matching.multiplied(&self.transform, &spectrum, gains);
+        }
+        let pressure = self.transform.signal(spectrum);
+        pressure[self.padding..self.padding + self.samples].iter().map(|value| *value as f32).collect()
+    }
+
+    /// Spectrum of the sum of all pulses, each with the taps of a filter, in their bands.
+    fn spectrum<'t>(&self, pulses: &Pulses, taps_of: impl Fn(usize) -> &'t [f64]) -> Spectrum {
         let bands = self.response.bands();
-        let mut trains = vec![self.forward.make_input_vec(); bands];
+        let mut trains = vec![self.transform.silence(); bands];
         let mut convolved = Vec::new();
         let all = pulses.time.iter().zip(pulses.amplitude.chunks_exact(bands));
         for (pulse, (time, amplitude)) in all.enumerate() {
@@ -140,34 +175,25 @@ impl<'a> Synthesizer<'a> {
                 places.for_each(|(sum, value)| *sum += amplitude * value);
             }
         }
-        let mut spectrum = self.forward.make_output_vec();
-        let mut sum = self.forward.make_output_vec();
-        for (band, mut train) in trains.into_iter().enumerate() {
-            self.forward.process(&mut train, &mut spectrum).expect("buffers are the plan's own");
-            for ((sum, value), gain) in sum.iter_mut().zip(&spectrum).zip(self.crossover.gains(band)) {
-                *sum += value * gain;
-            }
+        let mut sum = Vec::new();
+        for (band, train) in trains.into_iter().enumerate() {
+            let part = through(&self.transform.spectrum(train), self.crossover.gains(band));
+            sum.resize(part.len(), Complex::ZERO);
+            sum.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
         }
-        let mut pressure = self.backward.make_output_vec();
-        self.backward
-            .process(&mut sum, &mut pressure)
-            .expect("the ends of a real signal's spectrum are real");
-        let scale = 1.0 / pressure.len() as f64;
-        pressure[self.padding..self.padding + self.samples]
-            .iter()
-            .map(|value| (value * scale) as f32)
-            .collect()
+        sum
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use realfft::RealFftPlanner;
     use sonel_echogram::{Arrivals, Directions, Lateral};
     use std::f64::consts::PI;
 
     const ROOM: SoundSettings =
-        SoundSettings { volume: Some(100.0), seed: 1, sample_rate_hz: SAMPLE_RATE_HZ };
+        SoundSettings { volume: Some(100.0), seed: 1, sample_rate_hz: SAMPLE_RATE_HZ, is_matched: false };
     const CENTERS: [f64; 3] = [500.0, 1000.0, 2000.0];
     /// On sample 590.
     const DIRECT_TIME: f64 = 590.0 / 48_000.0;
@@ -344,6 +370,9 @@ mod tests {
     #[test]
     fn the_first_channel_is_the_impulse_response_and_direct_sound_is_ahead() {
         let response = directed([0.001; 3], [0.0; 3]);
+        let matched = Synthesizer::new(&response, SoundSettings { is_matched: true, ..ROOM });
+        let channel = matched.ambisonics((0, 0), 1, UP).unwrap().swap_remove(0);
+        assert_eq!(channel, matched.impulse_response(0, 0).unwrap());
         let synthesizer = Synthesizer::new(&response, ROOM);
         let channels = synthesizer.ambisonics((0, 0), 3, UP).unwrap();
         assert!(channels.len() == 16 && channels[0] == synthesizer.impulse_response(0, 0).unwrap());

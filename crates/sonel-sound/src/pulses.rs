@@ -22,6 +22,17 @@ const PRESSURE_OF_FLUENCE: f64 = 4.0 * std::f64::consts::PI;
 /// Sums in another order differ by less than this part of all that they sum.
 const ROUNDING: f64 = 1e-9;
 
+/// What a time bin holds beside listed arrivals.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Late {
+    /// First time [s].
+    pub begin: f64,
+    /// Last time [s].
+    pub end: f64,
+    /// Sum of squared amplitudes in every band. [B]
+    pub squared: Vec<f64>,
+}
+
 /// Pulses of one source at one receiver.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Pulses {
@@ -29,6 +40,10 @@ pub struct Pulses {
     pub time: Vec<f64>,
     /// Amplitude in every band, relative to a free field at 1 m. [P, B]
     pub amplitude: Vec<f64>,
+    /// How many of them are listed arrivals: the first ones.
+    pub listed: usize,
+    /// What the others are drawn from, one for each time bin. [T]
+    pub late: Vec<Late>,
     /// Unit vector towards where each comes from, in the axes of the scene; empty where the response has no directions. [P]
     pub direction: Vec<DVec3>,
 }
@@ -50,19 +65,28 @@ impl Pulses {
             let pairs = rest.iter_mut().zip(*echogram);
             pairs.filter(|(rest, whole)| **rest < ROUNDING * **whole).for_each(|(rest, _)| *rest = 0.0);
         }
-        pulses.add_waves(response, (s, r), (&rest, &moment), waves);
+        pulses.listed = pulses.time.len();
+        let direct = response.direct_time(s, r);
+        let late = |(bin, edges): (usize, &[f64])| {
+            let (begin, end) = (edges[0], edges[1]);
+            // Nothing is scattered to the receiver before its direct sound, behind which a wave has to fit.
+            let begin = if direct < end { begin.max(direct.min(end - 1.0 / SPARSEST)) } else { begin };
+            Late { begin, end, squared: rest.iter().map(|band| PRESSURE_OF_FLUENCE * band[bin]).collect() }
+        };
+        pulses.late = response.time_edges_s.windows(2).enumerate().map(late).collect();
+        pulses.add_waves(response, (s, r), &moment, waves);
         Ok(pulses)
     }
 
-    /// Adds the `rest` of the echogram, with its moments.
+    /// Adds the waves of late sound, whose bins have these moments.
     fn add_waves(
         &mut self,
         response: &Response,
         (s, r): (usize, usize),
-        (rest, moment): (&[Vec<f64>], &[DVec3]),
+        moment: &[DVec3],
         waves: PlaneWaves,
     ) {
-        let (edges, direct) = (&response.time_edges_s, response.direct_time(s, r));
+        let edges = &response.time_edges_s;
         let [source, receiver] =
             [response.source_positions[s], response.receiver_positions[r]].map(DVec3::from_array);
         let offset = (receiver - source) / response.speed_of_sound;
@@ -72,18 +96,16 @@ impl Pulses {
         {
             let time = time - towards.dot(offset);
             let Some(bin) = edges.partition_point(|edge| *edge <= time).checked_sub(1) else { continue };
-            let Some(&end) = edges.get(bin + 1) else { continue };
-            // Nothing is scattered to the receiver before its direct sound, behind which a wave has to fit.
-            let begin =
-                if direct < end { edges[bin].max(direct.min(end - 1.0 / SPARSEST)) } else { edges[bin] };
-            let all: f64 = rest.iter().map(|band| band[bin]).sum();
-            if time < begin || all <= 0.0 {
+            let Some(Late { begin, end, squared }) = self.late.get(bin) else { continue };
+            let all: f64 = squared.iter().sum();
+            if time < *begin || all <= 0.0 {
                 continue;
             }
             let share = 1.0 / (density * (end - begin));
-            self.push(time, rest.iter().map(|band| band[bin] * share), sign);
+            self.time.push(time);
+            self.amplitude.extend(squared.iter().map(|squared| sign * (squared * share).sqrt()));
             if let Some(moment) = moment.get(bin) {
-                self.direction.push(ambisonics::moved(towards, *moment / all));
+                self.direction.push(ambisonics::moved(towards, PRESSURE_OF_FLUENCE * *moment / all));
             }
         }
     }
@@ -108,7 +130,9 @@ impl Pulses {
             for (band, energy) in rest.iter_mut().zip(energy) {
                 band[bin] -= energy;
             }
-            self.push(time, energy.iter().copied(), 1.0);
+            self.time.push(time);
+            // A pulse of amplitude a has the spectrum a² at all frequencies, so that its band mean is 4πF whatever the width of the band.
+            self.amplitude.extend(energy.iter().map(|energy| (PRESSURE_OF_FLUENCE * energy).sqrt()));
             if let Some(moment) = moment.get_mut(bin) {
                 let direction = DVec3::from_slice(&arrivals.direction[3 * a..]);
                 *moment -= direction * energy.iter().sum::<f64>();
@@ -116,12 +140,6 @@ impl Pulses {
             }
         }
         Ok(())
-    }
-
-    fn push(&mut self, time: f64, energy: impl Iterator<Item = f64>, sign: f64) {
-        self.time.push(time);
-        // A pulse of amplitude a has the spectrum a² at all frequencies, so that its band mean is 4πF whatever the width of the band.
-        self.amplitude.extend(energy.map(|energy| sign * (PRESSURE_OF_FLUENCE * energy).sqrt()));
     }
 }
 

@@ -25,11 +25,13 @@ pub struct SoundOptions {
     pub seed: Option<u64>,
     /// Samples per second, 8000 … 192 000.
     pub sample_rate_hz: u32,
+    /// Whether the energies of each band per 10 ms are those of the response in each impulse response, not in the mean of many alone.
+    pub is_matched: bool,
 }
 
 impl Default for SoundOptions {
     fn default() -> Self {
-        Self { seed: None, sample_rate_hz: SAMPLE_RATE_HZ }
+        Self { seed: None, sample_rate_hz: SAMPLE_RATE_HZ, is_matched: false }
     }
 }
 
@@ -45,7 +47,7 @@ impl Response {
         options: SoundOptions,
     ) -> Result<Vec<Vec<Vec<f32>>>> {
         let Surroundings { volume, up, seed: own } = self.surroundings();
-        let SoundOptions { seed, sample_rate_hz } = options;
+        let SoundOptions { seed, sample_rate_hz, is_matched } = options;
         if !SAMPLE_RATES_HZ.contains(&sample_rate_hz) {
             return Err(Error::refused(format!(
                 "the sample rate is {sample_rate_hz} Hz: give 8000 … 192000 Hz"
@@ -61,7 +63,7 @@ impl Response {
             }
         };
         let e = self.echograms();
-        let settings = SoundSettings { volume, seed: seed.unwrap_or(own), sample_rate_hz };
+        let settings = SoundSettings { volume, seed: seed.unwrap_or(own), sample_rate_hz, is_matched };
         let synthesizer = Synthesizer::new(e, settings);
         let pairs: Vec<(usize, usize)> =
             (0..e.sources()).flat_map(|s| (0..e.receivers()).map(move |r| (s, r))).collect();

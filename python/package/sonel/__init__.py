@@ -495,7 +495,13 @@ class Response:
         return self._inner.report
 
     def impulse_responses(
-        self, *, ambix: int | None = None, hrtf: _Path | None = None, seed: int | None = None, sample_rate: int = 48_000
+        self,
+        *,
+        ambix: int | None = None,
+        hrtf: _Path | None = None,
+        seed: int | None = None,
+        sample_rate: int = 48_000,
+        match: bool = False,
     ) -> NDArray[np.float32]:
         """Pressure impulse responses, shape [S, R, C, N]: the samples of `sonel-render --wav` (docs/formats/sound.md).
 
@@ -503,6 +509,8 @@ class Response:
         hrtf: a SOFA file of the convention SimpleFreeFieldHRIR: C = 2, left and right ear, for a response with directions.
         seed: of the waves of late sound (default that of the rendering).
         sample_rate: samples per second, 8000 to 192000. Responses are made at this rate; do not convert them like recordings.
+        match: scale every band each 10 ms to the energies of the response: T30 and levels of one impulse response are then those of the
+            response, not of the mean of many seeds alone. Direct sound is scaled too.
         Without `ambix` and `hrtf` C is 1. `ambix` and `hrtf` need a response of `Map.render`: a file does not state which direction is up.
         """
         if ambix is not None and hrtf is not None:
@@ -515,7 +523,7 @@ class Response:
             head = None if hrtf is None else Path(hrtf).read_bytes()
         except OSError as problem:
             raise Error(f"cannot read {os.fspath(hrtf or '')}: {problem.strerror}") from None
-        return np.asarray(self._inner.impulse_responses(ambix, head, seed, sample_rate))
+        return np.asarray(self._inner.impulse_responses(ambix, head, seed, sample_rate, match))
 
     def to_sofa(
         self,
@@ -525,6 +533,7 @@ class Response:
         hrtf: _Path | None = None,
         seed: int | None = None,
         sample_rate: int = 48_000,
+        match: bool = False,
     ) -> None:
         """Writes `impulse_responses` as SOFA of the convention SingleRoomSRIR (AES69), a measurement for every source and receiver.
 
@@ -532,7 +541,7 @@ class Response:
         """
         from . import _sofa
 
-        _sofa.write(self, Path(path), ambix=ambix, hrtf=hrtf, seed=seed, sample_rate=sample_rate)
+        _sofa.write(self, Path(path), ambix=ambix, hrtf=hrtf, seed=seed, sample_rate=sample_rate, match=match)
 
     def parameter_report(self) -> dict[str, Any]:
         """Every parameter with its interval, warnings and reasons: what `sonel-analyze parameters --format json` prints."""

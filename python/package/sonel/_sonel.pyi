@@ -86,6 +86,7 @@ class Response:
         head: bytes | None = None,
         seed: int | None = None,
         sample_rate_hz: int = 48_000,
+        is_matched: bool = False,
     ) -> Array: ...
     @property
     def room(self) -> tuple[float | None, list[float] | None, int]: ...

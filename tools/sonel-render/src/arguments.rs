@@ -36,6 +36,10 @@ pub struct Arguments {
     /// Sample rate of --wav [Hz], 8000 to 192000. Responses are made at this rate; do not convert them like recordings.
     #[arg(long, value_name = "HZ", requires = "wav", default_value_t = SAMPLE_RATE_HZ, value_parser = clap::value_parser!(u32).range(i64::from(*SAMPLE_RATES_HZ.start())..=i64::from(*SAMPLE_RATES_HZ.end())), allow_negative_numbers = true)]
     pub wav_rate: u32,
+    /// Scale every band of --wav each 10 ms to the energies of the response: T30 and levels of one file are then those of the
+    /// response, not of the mean of many seeds alone. Direct sound is scaled too.
+    #[arg(long, requires = "wav")]
+    pub wav_match: bool,
     /// Also write ambisonics of order 1, 2 or 3 (ACN, SN3D: AmbiX) as NAME_ambix3.wav; implies --directions, needs --wav.
     #[arg(long, value_name = "ORDER", requires = "wav", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_ORDER)), allow_negative_numbers = true)]
     pub ambix: Option<u32>,

@@ -59,8 +59,12 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     let mut complete = vec![output.complete(|out| rendered.response.echograms().write(out).map(drop))?];
     if let Some(sounds) = &sounds {
         let room = rendered.response.surroundings();
-        let settings =
-            SoundSettings { volume: room.volume, seed: room.seed, sample_rate_hz: arguments.wav_rate };
+        let settings = SoundSettings {
+            volume: room.volume,
+            seed: room.seed,
+            sample_rate_hz: arguments.wav_rate,
+            is_matched: arguments.wav_match,
+        };
         let synthesizer = Synthesizer::new(rendered.response.echograms(), settings);
         complete.extend(sounds.complete(&synthesizer, scene.up)?);
     }
