@@ -37,7 +37,9 @@ impl Parts {
     /// When the response holds fewer than two batches of any weight.
     pub fn read(
         response: &Response,
-        (s, r, b): (usize, usize, usize),
+        s: usize,
+        r: usize,
+        b: usize,
         arrivals: &[Arrival],
         scale: LevelScale,
     ) -> Result<Self, NoInterval> {

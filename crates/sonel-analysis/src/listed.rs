@@ -40,7 +40,7 @@ impl Index {
 
     /// Arrivals of source `s` at receiver `r` in band `b`, ascending in time.
     #[must_use]
-    pub fn of(&self, response: &Response, (s, r, b): (usize, usize, usize)) -> Vec<Arrival> {
+    pub fn of(&self, response: &Response, s: usize, r: usize, b: usize) -> Vec<Arrival> {
         let arrivals = &response.arrivals;
         let arrival = |&index: &usize| Arrival {
             time: arrivals.time_s[index],

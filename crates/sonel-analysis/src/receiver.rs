@@ -122,8 +122,8 @@ fn at_receiver(
     r: usize,
 ) -> ReceiverParameters {
     let band = |b: usize| Band {
-        all: read(response, listed, (s, r, b)),
-        lateral: lateral.map(|both| both.each_ref().map(|lateral| read(lateral, listed, (s, r, b)))),
+        all: read(response, listed, s, r, b),
+        lateral: lateral.map(|both| both.each_ref().map(|lateral| read(lateral, listed, s, r, b))),
     };
     let bands: Vec<Band> = (0..response.bands()).into_par_iter().map(band).collect();
     let (source_position, position) = (response.source_positions[s], response.receiver_positions[r]);
@@ -147,8 +147,8 @@ fn at_receiver(
     }
 }
 
-fn read(response: &Response, listed: &listed::Index, (s, r, b): (usize, usize, usize)) -> Reading {
-    let arrivals = listed.of(response, (s, r, b));
+fn read(response: &Response, listed: &listed::Index, s: usize, r: usize, b: usize) -> Reading {
+    let arrivals = listed.of(response, s, r, b);
     let scale = LevelScale {
         source_power_level_db: response.source_power_level_db[s * response.bands() + b],
         characteristic_impedance: response.characteristic_impedance,
@@ -162,7 +162,7 @@ fn read(response: &Response, listed: &listed::Index, (s, r, b): (usize, usize, u
     let fine = Values::read(echogram, scale);
     let bounds =
         response.missing(s, r, b).and_then(|missing| Bounds::new(echogram, &fine.curve, missing, scale));
-    Reading { bounds, fine, parts: Parts::read(response, (s, r, b), &arrivals, scale) }
+    Reading { bounds, fine, parts: Parts::read(response, s, r, b, &arrivals, scale) }
 }
 
 /// Parameters of one band; `on_stage` where support is defined.

@@ -178,7 +178,7 @@ impl BatchStart {
     #[must_use]
     pub fn new(layout: &EmissionLayout, batch: u32, spectral: Spectral) -> Self {
         let separate = |count: u32| BandClasses::separate(count as usize);
-        Self::grouped(layout, batch, spectral, (&separate(layout.bands), &separate(layout.leads())))
+        Self::grouped(layout, batch, spectral, &separate(layout.bands), &separate(layout.leads()))
     }
 
     /// The start of the packets of `batch`, with one column for each class of bands and of leads.
@@ -187,16 +187,17 @@ impl BatchStart {
         layout: &EmissionLayout,
         batch: u32,
         spectral: Spectral,
-        classes: (&BandClasses, &BandClasses),
+        bands: &BandClasses,
+        leads: &BandClasses,
     ) -> Self {
-        let bands = layout.bands;
         let starts = match spectral {
-            Spectral::Shared => vec![PacketStart::new(layout, batch, classes, |_| true)],
+            Spectral::Shared => vec![PacketStart::new(layout, batch, bands, leads, |_| true)],
             Spectral::PerBand => {
-                (0..bands).map(|lead| PacketStart::new(layout, batch, classes, |k| k == lead)).collect()
+                let start = |lead| PacketStart::new(layout, batch, bands, leads, |k| k == lead);
+                (0..layout.bands).map(start).collect()
             }
         };
-        Self { bands, starts, weight: layout.batch_weight(batch) }
+        Self { bands: layout.bands, starts, weight: layout.batch_weight(batch) }
     }
 
     /// The start of a packet of `lead`.
@@ -210,7 +211,8 @@ impl PacketStart {
     fn new(
         layout: &EmissionLayout,
         batch: u32,
-        (bands, leads): (&BandClasses, &BandClasses),
+        bands: &BandClasses,
+        leads: &BandClasses,
         carries: impl Fn(u32) -> bool,
     ) -> Self {
         // Variants of a band are carried with it.

@@ -26,14 +26,15 @@ pub struct Emissions {
 }
 
 impl Emissions {
-    /// The emissions of a run of `scene`, whose middle is `center` [m], with a column for each of `classes` of bands and of leads.
+    /// The emissions of a run of `scene`, whose middle is `center` [m], with a column for each class of `bands` and of `leads`.
     #[must_use]
     pub fn new(
         scene: &Scene,
         center: DVec3,
         settings: &Settings,
         layout: EmissionLayout,
-        classes: (&BandClasses, &BandClasses),
+        bands: &BandClasses,
+        leads: &BandClasses,
     ) -> Self {
         let Settings { seed, spectral, .. } = *settings;
         let sources = scene.sources.iter().enumerate();
@@ -42,7 +43,7 @@ impl Emissions {
         Self {
             layout,
             batches: (0..layout.batches)
-                .map(|batch| BatchStart::grouped(&layout, batch, spectral, classes))
+                .map(|batch| BatchStart::grouped(&layout, batch, spectral, bands, leads))
                 .collect(),
             origins: sources.map(origin).collect(),
             directions: (0..scene.sources.len() as u32)
@@ -56,7 +57,7 @@ impl Emissions {
     #[must_use]
     pub fn of_map(map: &SonelMap, center: DVec3, classes: &BandClasses) -> Self {
         let (header, leads) = (map.header(), map.leads());
-        Self::new(&header.scene, center, &header.settings, map.layout(), (classes, leads.classes()))
+        Self::new(&header.scene, center, &header.settings, map.layout(), classes, leads.classes())
     }
 
     /// Share of the batch of `emission` in the run, N_g / N.

@@ -38,7 +38,8 @@ impl Leads {
     pub fn new(
         materials: &[Material],
         variants: &[Vec<Material>],
-        (survival, spectral): (f64, Spectral),
+        survival: f64,
+        spectral: Spectral,
     ) -> Self {
         let kinds = kinds(materials, variants);
         let bands = materials.first().map_or(0, |material| material.absorption.len());
@@ -158,7 +159,7 @@ mod tests {
     }
 
     fn leads(materials: &[Material], variants: &[Vec<Material>]) -> Leads {
-        Leads::new(materials, variants, (0.15, Spectral::Shared))
+        Leads::new(materials, variants, 0.15, Spectral::Shared)
     }
 
     #[test]

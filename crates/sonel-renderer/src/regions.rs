@@ -54,9 +54,11 @@ impl Airs {
     /// band [1/m], regions have that of the scene or, if it was asked for anew, none. `carried` says of each band whether air matters to
     /// what packets carry. Lengths are up to `reach` [m].
     pub(crate) fn new(
-        (scene, air): (&Scene, &Air),
+        scene: &Scene,
+        air: &Air,
         classes: &BandClasses,
-        (attenuation, carried): (&[f64], &[bool]),
+        attenuation: &[f64],
+        carried: &[bool],
         reach: f64,
     ) -> (Self, Vec<f64>) {
         let still = vec![0.0; attenuation.len()];

@@ -345,7 +345,7 @@ fn compile(
     let sources = read_sources(document, &bands, up, open_mesh, report);
     let first_source = sources.first().map(|source| source.point.position);
     let receivers = read_receivers(document, first_source, report);
-    let mut walls = walls::read(document, &materials, (open_mesh, origin.mesh), report);
+    let mut walls = walls::read(document, &materials, open_mesh, origin.mesh, report);
     if let Some(walls) = &mut walls {
         leave_out_holes(walls, &materials, report);
     }

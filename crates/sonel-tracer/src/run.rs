@@ -84,7 +84,7 @@ impl<'a> Tracer<'a> {
         let bands = scene.bands.count();
         let still = vec![0.0; bands];
         let classes = BandClasses::alike(&scene.materials, &scene.sources, &still, settings.spectral);
-        let leads = Leads::new(&scene.materials, &scene.variants, (settings.survival, settings.spectral));
+        let leads = Leads::new(&scene.materials, &scene.variants, settings.survival, settings.spectral);
         let surfaces = geometry
             .surfaces()
             .iter()
@@ -107,7 +107,7 @@ impl<'a> Tracer<'a> {
             zones: None,
         };
         let (center, layout) = (geometry.center(), settings.layout(scene));
-        let emissions = Emissions::new(scene, center, &settings, layout, (&classes, leads.classes()));
+        let emissions = Emissions::new(scene, center, &settings, layout, &classes, leads.classes());
         Self { scene, seed: settings.seed, classes, leads: leads.classes().clone(), surroundings, emissions }
     }
 

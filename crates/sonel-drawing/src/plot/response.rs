@@ -22,7 +22,7 @@ const MISSED: f64 = 0.05;
 #[must_use]
 pub fn echogram(response: &Response, s: usize, r: usize) -> Panel {
     let series: Vec<Series> = bands(response, |b| {
-        let (edges, estimates) = coarse(response, (s, r, b)).unwrap_or_else(|| fine(response, (s, r, b)));
+        let (edges, estimates) = coarse(response, s, r, b).unwrap_or_else(|| fine(response, s, r, b));
         edges
             .windows(2)
             .zip(estimates)
@@ -47,12 +47,12 @@ pub fn decay(response: &Response, s: usize, r: usize) -> Panel {
     let (direct_time, listed) = (response.direct_time(s, r), listed::Index::new(response));
     let series = bands(response, |b| {
         let (edges, energy) = (&response.time_edges_s, response.echogram(s, r, b));
-        let arrivals = listed.of(response, (s, r, b));
+        let arrivals = listed.of(response, s, r, b);
         let echogram = Echogram { edges, energy, direct_time, arrivals: &arrivals };
         let Ok(curve) = DecayCurve::new(echogram) else { return Vec::new() };
         // Levels relative to the start do not depend on it.
         let scale = LevelScale { source_power_level_db: 0.0, characteristic_impedance: 1.0 };
-        let parts = Parts::read(response, (s, r, b), &arrivals, scale).ok();
+        let parts = Parts::read(response, s, r, b, &arrivals, scale).ok();
         let times = (0..=POINTS).map(|i| curve.duration() * i as f64 / POINTS as f64);
         times
             .map(|time| {
@@ -98,7 +98,7 @@ fn half_width(parts: &Parts, time: f64) -> Option<f64> {
 type Bins = (Vec<f64>, Vec<(f64, Option<f64>)>);
 
 /// The coarse bins of the batches: their weighted mean, and Student's interval of it.
-fn coarse(response: &Response, (s, r, b): (usize, usize, usize)) -> Option<Bins> {
+fn coarse(response: &Response, s: usize, r: usize, b: usize) -> Option<Bins> {
     let stored = response.batches.as_ref()?;
     let edges = response.batch_edges(s, r)?;
     let rows: Vec<(f64, &[f32])> =
@@ -118,7 +118,7 @@ fn coarse(response: &Response, (s, r, b): (usize, usize, usize)) -> Option<Bins>
 }
 
 /// The fine bins, joined so that an eye can tell them apart.
-fn fine(response: &Response, (s, r, b): (usize, usize, usize)) -> Bins {
+fn fine(response: &Response, s: usize, r: usize, b: usize) -> Bins {
     let joined = response.bins().div_ceil(POINTS).max(1);
     let energy = response.echogram(s, r, b).chunks(joined);
     let last = response.time_edges_s.last().copied();

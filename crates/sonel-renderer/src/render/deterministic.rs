@@ -55,7 +55,8 @@ impl<'a> Part<'a> {
     /// Nothing yet, at `receiver` number `index`.
     fn new(
         renderer: &'a Renderer<'a>,
-        (index, receiver): (usize, &PreparedReceiver),
+        index: usize,
+        receiver: &PreparedReceiver,
         air: &'a RegionAir,
         borders: &'a [f64],
     ) -> Self {
@@ -78,13 +79,7 @@ impl<'a> Part<'a> {
     }
 
     /// Adds the `energy` of an arrival of `class` by its length, direction and order, by itself where it is `listed`.
-    fn add(
-        &mut self,
-        class: usize,
-        (length, towards, order): (f64, DVec3, u32),
-        energy: &[Lanes],
-        listed: bool,
-    ) {
+    fn add(&mut self, class: usize, length: f64, towards: DVec3, order: u32, energy: &[Lanes], listed: bool) {
         let length = length * self.air.stretch;
         self.arriving.set_times(energy, self.air.impedance);
         let energy = &self.arriving[..];
@@ -158,7 +153,7 @@ impl Renderer<'_> {
     ) -> Part<'b> {
         let Emitted { air, radiator, image_sources, over_edges } = *emitted;
         let air = self.airs.air(air);
-        let mut part = Part::new(self, (index, receiver), air, borders);
+        let mut part = Part::new(self, index, receiver, air, borders);
         let at = ReceiverContext {
             geometry: self.geometry,
             table: &self.table,
@@ -173,20 +168,20 @@ impl Renderer<'_> {
         match over_edges {
             None => self.visit_visible(&at, emitted, |wave, energy| {
                 let MirrorArrival { length, towards, order, .. } = *wave;
-                part.add(class(order), (length, towards, order), energy, order <= listed);
+                part.add(class(order), length, towards, order, energy, order <= listed);
             }),
             Some((edges, images)) => {
                 let mut visible = self.visible(edges, &at, emitted);
                 let is_clear = visible.iter().any(|wave| wave.order == 0 && wave.place.through.is_empty());
                 let sound = edges.arrivals_at(&at, images, &mut visible, others);
                 for arrival in sound.arrivals {
-                    let found = (arrival.length, arrival.towards, arrival.order);
                     // Beside a clear direct path edges are many and weak: they count but are not listed.
                     let listed = !is_clear && arrival.order <= listed;
-                    part.add(2, found, &to_lanes(arrival.energy), listed);
+                    let energy = to_lanes(arrival.energy);
+                    part.add(2, arrival.length, arrival.towards, arrival.order, &energy, listed);
                 }
                 for VisibleWave { length, towards, order, energy, .. } in visible {
-                    part.add(class(order), (length, towards, order), &to_lanes(energy), order <= listed);
+                    part.add(class(order), length, towards, order, &to_lanes(energy), order <= listed);
                 }
                 part.edge_work = Some(sound.work);
             }

@@ -146,7 +146,7 @@ impl<'a> Renderer<'a> {
         let diffracts = settings.edges && !by_paper && geometry.diffracting_edges().next().is_some();
         let classes = band_classes(map, diffracts, &attenuation);
         let carried = carries(&settings.air, map);
-        let (airs, least) = Airs::new((scene, &settings.air), &classes, (&attenuation, &carried), bins.reach);
+        let (airs, least) = Airs::new(scene, &settings.air, &classes, &attenuation, &carried, bins.reach);
         let table = map.coefficients(&classes);
         let has_lattice = settings.estimator == Estimator::Auto && lattice_room(geometry, &table).is_some();
         let sources = scene.sources.len();

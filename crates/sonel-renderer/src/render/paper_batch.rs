@@ -1,7 +1,7 @@
 //! One batch of the paper's pass: rays are cast, their discs indexed, the sonels stream past.
 
 use glam::DVec3;
-use sonel_map::{Arrival, BandValues, Lanes, Segment, lanes_of};
+use sonel_map::{BandValues, Lanes, Segment, lanes_of};
 use sonel_sampling::{Purpose, ScrambledSobol};
 
 use super::Renderer;
@@ -38,9 +38,7 @@ impl Renderer<'_> {
         let mut scratch = vec![Lanes::ZERO; lanes_of(self.table.bands())];
         self.each_segment(batch, source, |segment, _| {
             estimate.record_segment(segment, &self.medium(), &mut scratch);
-            if let Some(arrival) = segment.arrival {
-                self.count(paper, (segment, arrival), &index, group, &mut scratch, estimate);
-            }
+            self.count(paper, segment, &index, group, &mut scratch, estimate);
         });
     }
 
@@ -136,12 +134,13 @@ impl Renderer<'_> {
     fn count(
         &self,
         paper: &Paper,
-        (segment, arrival): (&Segment<'_>, Arrival),
+        segment: &Segment<'_>,
         index: &GatherIndex<GatherPoint>,
         group: &ReceiverGroup<'_>,
         scratch: &mut [Lanes],
         estimate: &mut BatchEstimate,
     ) {
+        let Some(arrival) = segment.arrival else { return };
         let (columns, medium) = (self.table.bands(), self.medium());
         let at = paper.sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
         let first = place(arrival.surface, arrival.side) * columns as u32;

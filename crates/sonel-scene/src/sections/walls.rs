@@ -72,7 +72,8 @@ pub(crate) fn read_up(document: &Table<'_>, report: &mut Report<'_>) -> DVec3 {
 pub(crate) fn read(
     document: &Table<'_>,
     materials: &[Material],
-    (open_mesh, made): (OpenMesh<'_>, Option<&PolygonMesh>),
+    open_mesh: OpenMesh<'_>,
+    made: Option<&PolygonMesh>,
     report: &mut Report<'_>,
 ) -> Option<Walls> {
     let unit = read_unit(document, report);

@@ -154,7 +154,9 @@ impl<'a> Field<'a> {
     /// The `visible` waves, and nothing over edges yet. Places nearer than `same_place` [m] are one.
     #[must_use]
     pub(super) fn new(
-        (spectrum, objects, centres): (&'a Spectrum, &'a Objects, &'a [f64]),
+        spectrum: &'a Spectrum,
+        objects: &'a Objects,
+        centres: &'a [f64],
         attenuation: &'a [f64],
         visible: &[VisibleWave],
         same_place: f64,

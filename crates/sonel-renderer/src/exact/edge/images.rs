@@ -118,7 +118,8 @@ impl<'t> Images<'t> {
         geometry: &Geometry,
         table: &CoefficientTable,
         [place, displaced]: [DVec3; 2],
-        (tree, order): (Option<&'t ImageTree>, u32),
+        tree: Option<&'t ImageTree>,
+        order: u32,
     ) -> Self {
         let mut all = vec![Image {
             mirrors: Vec::new(),

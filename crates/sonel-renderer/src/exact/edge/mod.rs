@@ -162,7 +162,7 @@ impl Edges {
         };
         let order = tree.map_or(0, |tree| tree.order_within(images::most_images(self.all.len())));
         let places = [source, geometry.in_general_position(source, End::Source)];
-        Images::new(self, geometry, table, places, (tree, order))
+        Images::new(self, geometry, table, places, tree, order)
     }
 
     /// What edges bring to one receiver; sets the energies of the `visible` waves that they change. What little they would change beside `others`,
@@ -178,10 +178,10 @@ impl Edges {
         let tree =
             ImageTree::new(at.geometry, at.table, at.receiver, End::Receiver, budget, Some(from.order()));
         let places = [at.receiver, at.geometry.in_general_position(at.receiver, End::Receiver)];
-        let to = Images::new(self, at.geometry, at.table, places, (Some(&tree), tree.order()));
+        let to = Images::new(self, at.geometry, at.table, places, Some(&tree), tree.order());
         let same_place = SAME_PLACE * f64::from(at.geometry.resolution());
         let field =
-            Field::new((&self.spectrum, &self.objects, &self.centres), at.attenuation, visible, same_place);
+            Field::new(&self.spectrum, &self.objects, &self.centres, at.attenuation, visible, same_place);
         let search = Search { edges: self, at, from, to: &to, field: &field };
         let mut ranked = search.rank(visible, others);
         let mut waves = Waves { edges: self, at, from, to: &to, field, through: Vec::new() };
