@@ -52,6 +52,9 @@ pub enum MapError {
         /// The fault.
         reason: String,
     },
+    /// Written to by another process.
+    #[error("the map was changed by another process while it was read: run the command again")]
+    Changed,
     /// Only a part of a run.
     #[error("the map is shard {index} of {count}: join all shards first (sonel-analyze merge)")]
     Shard {

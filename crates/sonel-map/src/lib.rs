@@ -45,6 +45,7 @@ mod record;
 mod sections;
 mod shards;
 pub mod spectral;
+mod storage;
 mod surfaces;
 pub mod sweep;
 mod tiling;

@@ -8,7 +8,6 @@ use std::fs::File;
 use std::sync::Arc;
 
 use glam::DVec3;
-use memmap2::Mmap;
 use rayon::prelude::*;
 use sonel_acoustics::{Directivity, Material};
 use sonel_geometry::{Geometry, LARGEST_TURN};
@@ -27,6 +26,7 @@ use crate::media;
 use crate::places::{Places, is_sound_path};
 use crate::record;
 use crate::sections::{Sections, read_preamble};
+use crate::storage::Storage;
 use crate::surfaces;
 use crate::tiling;
 use crate::variants;
@@ -59,22 +59,6 @@ pub struct BeforeWidening {
     drawn_with: Option<Vec<Material>>,
 }
 
-/// Storage of the bytes of a map. Both begin at an address that suits every record.
-#[derive(Debug)]
-enum Storage {
-    Mapped(Mmap),
-    Memory { words: Vec<u64>, length: usize },
-}
-
-impl Storage {
-    fn as_slice(&self) -> &[u8] {
-        match self {
-            Self::Mapped(map) => map,
-            Self::Memory { words, length } => &bytemuck::cast_slice(words)[..*length],
-        }
-    }
-}
-
 /// One path of the map.
 #[derive(Debug, Clone, Copy)]
 pub struct PathView<'a> {
@@ -91,14 +75,7 @@ impl SonelMap {
     /// When the file is no map, of another version, incomplete, cut off or damaged in its header or directory. Paths are
     /// not read; see [`Self::check_paths`].
     pub fn open(file: &File) -> Result<Self, MapError> {
-        if !file.metadata()?.is_file() {
-            return Err(MapError::NotAMap);
-        }
-        // SAFETY: the mapping is read-only and dropped with the map. Another process that truncates the file while it
-        // is open would end this one (SIGBUS) as with every mapped file; maps are replaced by rename, never rewritten.
-        #[allow(unsafe_code)]
-        let map = unsafe { Mmap::map(file)? };
-        Self::from_storage(Storage::Mapped(map))
+        Self::from_storage(Storage::of_file(file)?)
     }
 
     /// Opens a map held in memory.
@@ -106,9 +83,7 @@ impl SonelMap {
     /// # Errors
     /// The errors of [`Self::open`].
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, MapError> {
-        let mut words = vec![0_u64; bytes.len().div_ceil(8)];
-        bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(bytes);
-        Self::from_storage(Storage::Memory { words, length: bytes.len() })
+        Self::from_storage(Storage::of_bytes(bytes))
     }
 
     fn from_storage(bytes: Storage) -> Result<Self, MapError> {
@@ -197,6 +172,15 @@ impl SonelMap {
     pub fn require_whole(&self) -> Result<(), MapError> {
         let ShardRange { index, count } = self.header.shard;
         if count == 1 { Ok(()) } else { Err(MapError::Shard { index, count }) }
+    }
+
+    /// Refuses a map whose file was written to since it was opened: what was read of it may be of both contents. Whoever has believed the paths asks
+    /// this last.
+    ///
+    /// # Errors
+    /// [`MapError::Changed`].
+    pub fn require_unchanged(&self) -> Result<(), MapError> {
+        self.bytes.require_unchanged()
     }
 
     /// Whether the surfaces that the paths refer to are those of `geometry`, the walls of the map's scene, and positions

@@ -3,8 +3,10 @@
 //! One rule for all options: a file that is the value of any argument but an output, or follows `=` in one, is an input.
 
 use std::ffi::{OsStr, OsString};
-use std::path::PathBuf;
+use std::fs::Metadata;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use std::time::SystemTime;
 
 use clap::{ArgMatches, Parser};
 
@@ -15,6 +17,37 @@ pub const REPLACEABLE: &str = "extend";
 
 /// Inputs that the command line of this process names.
 static NAMED: OnceLock<Vec<PathBuf>> = OnceLock::new();
+/// Those that are files, as they were before they were read.
+static READ: OnceLock<Vec<(PathBuf, State)>> = OnceLock::new();
+
+/// Number of a file, its length [bytes] and the time of its last change.
+type State = (u64, u64, Option<SystemTime>);
+
+fn state(path: &Path) -> Option<State> {
+    let metadata = path.metadata().ok().filter(Metadata::is_file)?;
+    #[cfg(unix)]
+    let number = std::os::unix::fs::MetadataExt::ino(&metadata);
+    #[cfg(not(unix))]
+    let number = 0;
+    Some((number, metadata.len(), metadata.modified().ok()))
+}
+
+/// Checks that no file that the command line of this process names was written to since: results would be of both contents. One that was replaced
+/// or removed meanwhile is read as it was.
+///
+/// # Errors
+/// Names the first that was.
+pub(crate) fn require_unchanged() -> anyhow::Result<()> {
+    let was_written = |(path, before): &&(PathBuf, State)| {
+        state(path).is_some_and(|now| now.0 == before.0 && now != *before)
+    };
+    match READ.get().and_then(|read| read.iter().find(was_written)) {
+        Some((path, _)) => {
+            anyhow::bail!("{} was changed during the run: run the command again", path.display())
+        }
+        None => Ok(()),
+    }
+}
 
 /// Reads the command line of this process. The files that it names are inputs from then on ([`crate::output`]).
 #[must_use]
@@ -26,7 +59,9 @@ pub fn parse<P: Parser>() -> P {
         }
         printed.exit()
     });
-    NAMED.get_or_init(|| named_by(&matches));
+    let named = NAMED.get_or_init(|| named_by(&matches));
+    let read = named.iter().filter_map(|path| Some((path.clone(), state(path)?)));
+    READ.get_or_init(|| read.collect());
     P::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut P::command()).exit())
 }
 

@@ -24,12 +24,14 @@ static PUBLISHED: AtomicUsize = AtomicUsize::new(0);
 pub(crate) struct Unfinished(PathBuf);
 
 impl Unfinished {
-    /// For the file at `path`.
-    pub(crate) fn new(path: &Path) -> Self {
+    /// For the file that `make` makes: an interruption finds none, or removes it.
+    pub(crate) fn begin<T: AsRef<Path>, E>(make: impl FnOnce() -> Result<T, E>) -> Result<(T, Self), E> {
+        let mut files = files();
+        let made = make()?;
         // Whatever becomes the working directory later.
-        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        files().push(path.clone());
-        Self(path)
+        let path = std::path::absolute(&made).unwrap_or_else(|_| made.as_ref().to_owned());
+        files.push(path.clone());
+        Ok((made, Self(path)))
     }
 }
 

@@ -52,7 +52,8 @@ pub fn run_to_exit(
     QUIET.store(quiet, Ordering::Relaxed);
     let result = interrupt::remove_unfinished_files()
         .context("cannot handle signals")
-        .and_then(|()| on_whole_stack(|| unless_closed(std::io::stdout(), log_stream(quiet), program)));
+        .and_then(|()| on_whole_stack(|| unless_closed(std::io::stdout(), log_stream(quiet), program)))
+        .and_then(|outcome| inputs::require_unchanged().map(|()| outcome));
     exit_code(result)
 }
 
@@ -63,7 +64,10 @@ fn on_whole_stack<T: Send>(work: impl FnOnce() -> anyhow::Result<T> + Send) -> a
     std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, work);
         let ended = thread.context("cannot start a thread: allow more memory (ulimit -v)")?.join();
-        ended.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        ended.unwrap_or_else(|panic| {
+            inputs::require_unchanged()?;
+            std::panic::resume_unwind(panic)
+        })
     })
 }
 

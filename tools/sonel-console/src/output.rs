@@ -292,10 +292,9 @@ impl Output {
         check_place(target)?;
         let folder = folder_of(target);
         remove_stale(target);
-        let file = tempfile::Builder::new()
-            .prefix(&prefix(target))
-            .suffix(UNFINISHED)
-            .tempfile_in(folder)
+        let begin =
+            || tempfile::Builder::new().prefix(&prefix(target)).suffix(UNFINISHED).tempfile_in(folder);
+        let (file, unfinished) = interrupt::Unfinished::begin(begin)
             .with_context(|| format!("cannot write in {}: choose another folder for it", folder.display()))?;
         // Tells other runs that this file is being written. Where locks are unknown they leave it alone.
         let (file, path) = file.into_parts();
@@ -304,7 +303,6 @@ impl Output {
         if !path.exists() {
             return Self::create(target, kind, inputs);
         }
-        let unfinished = interrupt::Unfinished::new(&path);
         let file = BufWriter::with_capacity(1 << 20, file);
         Ok(Self { target: target.to_owned(), file, path, unfinished })
     }
@@ -401,8 +399,9 @@ pub struct Complete {
 /// Puts complete files in their places, replacing older ones. An interruption finds none of them there or all.
 ///
 /// # Errors
-/// When a file cannot be renamed; older files at its place and those of the later ones then stay as they were.
+/// When an input was written to meanwhile, or a file cannot be renamed; older files at its place and those of the later ones then stay as they were.
 pub fn publish(files: impl IntoIterator<Item = Complete>) -> anyhow::Result<()> {
+    inputs::require_unchanged()?;
     let files = files.into_iter().map(|Complete { target, path, unfinished }| (unfinished, (target, path)));
     interrupt::publish(files, |(target, path): (PathBuf, TempPath)| {
         let renamed = path.persist(&target).map_err(|error| error.error);

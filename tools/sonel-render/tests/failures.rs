@@ -64,6 +64,30 @@ fn a_map_cut_off_while_it_is_rendered_is_one_message_and_leaves_nothing() {
     assert_eq!(folder.names(), ["room.sonelmap", "scene.toml"]);
 }
 
+/// The same bytes in the other order, in place: no signal comes, and what is read later is of another content.
+#[test]
+fn a_map_that_is_overwritten_while_it_is_rendered_is_an_error() {
+    let folder = traced("20k");
+    let words = "room.sonelmap -o room.npz --quiet --grid 0.5:4.5:12,0.5:3.5:12,1.2 --bin 0.01";
+    let mut command = Command::new(PROGRAM);
+    let child =
+        command.current_dir(folder.folder()).args(words.split(' ')).stderr(Stdio::piped()).spawn().unwrap();
+    let begun = Instant::now();
+    while folder.names().len() < 3 {
+        assert!(begun.elapsed() < Duration::from_secs(60), "no output was begun");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(300));
+    let turned: Vec<u8> = folder.bytes("room.sonelmap").into_iter().rev().collect();
+    let mut file = std::fs::File::options().write(true).open(folder.path("room.sonelmap")).unwrap();
+    std::io::Write::write_all(&mut file, &turned).unwrap();
+    let ended = child.wait_with_output().unwrap();
+    let said = String::from_utf8(ended.stderr).unwrap();
+    assert_eq!(ended.status.code(), Some(2), "{said}");
+    assert!(said.contains("was changed"), "{said}");
+    assert_eq!(folder.names(), ["room.sonelmap", "scene.toml"]);
+}
+
 #[test]
 fn memory_that_is_not_there_is_told_with_a_remedy() {
     let folder = traced("500");
@@ -126,7 +150,7 @@ fn memory_that_is_not_allowed_is_refused_before_the_rendering() {
     let folder = traced("500");
     let render = |memory: &str| {
         let words =
-            ["room.sonelmap", "-o", "room.npz", "--grid", "0.5:4.5:20,0.5:3.5:20,1.2", "--rays", "100"];
+            ["room.sonelmap", "-o", "room.npz", "--grid", "0.5:4.5:10,0.5:3.5:10,1.2", "--rays", "100"];
         Ended::of(Command::new(PROGRAM).current_dir(folder.folder()).args(words).args(["--memory", memory]))
     };
     let said = render("50M").refused();

@@ -320,3 +320,33 @@ fn surfaces_of_another_geometry_are_refused() {
     let map = read(&sound).unwrap();
     assert!(matches!(map.check_paths(SURFACES + 1), Err(MapError::ForeignSurfaces { .. })));
 }
+
+/// A mapped file is written to after its paths were believed: shorter within its last page, where zeros are read, and of another content.
+#[test]
+fn a_file_that_is_written_to_while_it_is_open_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = hand_made::bytes();
+    let longer = [bytes.clone(), vec![0; 64]].concat();
+    for (index, after) in
+        [&bytes[..bytes.len() - 40], &longer, &bytes.iter().rev().copied().collect::<Vec<_>>()]
+            .into_iter()
+            .enumerate()
+    {
+        let path = folder.path().join(format!("{index}.sonelmap"));
+        std::fs::write(&path, &bytes).unwrap();
+        let map = SonelMap::open(&File::open(&path).unwrap()).unwrap();
+        map.check_paths(SURFACES).unwrap();
+        map.require_unchanged().unwrap();
+        // Clocks of file systems tick some hundred times a second.
+        std::thread::sleep(std::time::Duration::from_millis(20));
+        File::options().write(true).truncate(false).open(&path).unwrap().write_all(after).unwrap();
+        File::options().write(true).open(&path).unwrap().set_len(after.len() as u64).unwrap();
+        assert!(matches!(map.require_unchanged(), Err(MapError::Changed)), "{index}");
+    }
+    let path = folder.path().join("replaced.sonelmap");
+    std::fs::write(&path, &bytes).unwrap();
+    let map = SonelMap::open(&File::open(&path).unwrap()).unwrap();
+    std::fs::write(folder.path().join("new"), &longer).unwrap();
+    std::fs::rename(folder.path().join("new"), &path).unwrap();
+    map.require_unchanged().unwrap();
+}

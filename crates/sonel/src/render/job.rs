@@ -83,6 +83,7 @@ impl<'a> Job<'a> {
         let renderings = response::render(map, &renderer, receivers, &mut |source, share| {
             watch.progress(STEP, (source as f64 + share) / sources);
         })?;
+        map.require_unchanged().at(|| label.to_owned())?;
         watch.progress(STEP, 1.0);
         let seconds = watch.seconds().1 - begin;
         let response = response::assemble(map, &renderer, receivers, &renderings);
