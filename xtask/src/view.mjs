@@ -70,10 +70,8 @@ try {
   check((await page.locator("#parameters .beyond").count()) >= 1, "differences beyond chance are marked");
 
   // A map of a plane.
-  const spacing = await page.evaluate(() => Math.max(0.5, view.size / 12).toFixed(1));
-  await page.fill("#spacing", spacing);
   await page.click("#paint");
-  await page.waitForFunction(() => view.map.children.length > 3 && shown.map.batches === null, null, PATIENCE);
+  await page.waitForFunction(() => view.map.children.length > 3 && shown.map.batches === shown.steps[1], null, PATIENCE);
   await page.screenshot({ path: `${folder}/wide.png`, fullPage: true });
 
   // Sound runs.

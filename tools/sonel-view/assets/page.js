@@ -275,17 +275,19 @@ function listen() {
   byId("hearA").onchange = (event) => hearing.hear(event.target.checked ? shown.heardA : shown.heard);
 }
 
+// A quarter of the packets: an interval twice as wide as the listener's is still a fraction of a colour.
+const MAP_STEPS = 2;
 // A map of one parameter; all are asked for at once.
 function maps() {
   const parameter = byId("shown"), band = byId("band");
   ["L", "G", "EDT", "T20", "T30", "C50", "C80", "D50", "Ts"].forEach((symbol) => parameter.append(make("option", symbol)));
   parameter.value = "C80";
   ["mid", ...shown.room.bands.map(hertz)].forEach((text) => band.append(make("option", text)));
-  // About 150 places: each takes as long as the first numbers of the listener.
+  // About 60 places: each takes as long as the first numbers of the listener.
   const [a, b] = view.box.getSize(new THREE.Vector3()).projectOnPlane(new THREE.Vector3(...shown.room.up)).toArray().map(Math.abs).sort((one, other) => other - one);
-  byId("spacing").value = Math.max(0.2, Math.sqrt(a * b / 150)).toFixed(1);
+  byId("spacing").value = Math.max(0.2, Math.sqrt(a * b / 60)).toFixed(1);
   const painting = new Newest(async (wish, isNewest) => {
-    for (const batches of [shown.steps[0], null]) {
+    for (const batches of shown.steps.slice(0, MAP_STEPS)) {
       const answer = await server.ask("grid", { ...wish, window: server.window, batches });
       if (!isNewest()) return;
       shown.map = answer;
