@@ -2,8 +2,10 @@
 
 use sonel_acoustics::Bands;
 use sonel_analysis::Parameter;
-use sonel_renderer::{RAYS_IN_FLIGHT, ReceiverPoint};
+use sonel_map::CHUNK_EMISSIONS;
+use sonel_renderer::{BATCHES_IN_FLIGHT, RAYS_IN_FLIGHT, RECEIVERS_IN_FLIGHT, ReceiverPoint};
 use sonel_scene::Scene;
+use sonel_tracer::CHUNKS_IN_FLIGHT;
 
 use crate::forecast::{Effort, Price, two_digits_up};
 use crate::pilot::{Pilot, Spread};
@@ -246,23 +248,21 @@ impl Width {
     }
 }
 
-/// Chunks under way while others are written, emissions of each.
-const CHUNKS: f64 = 64.0 * 512.0;
+/// Most emissions in memory: chunks under way while as many are written.
+pub const EMISSIONS_UNDER_WAY: f64 = (2 * CHUNKS_IN_FLIGHT * CHUNK_EMISSIONS) as f64;
 /// Memory of a program by itself [bytes].
 const PROGRAM: f64 = 10e6;
-/// Receivers and batches in one sweep of the renderer.
-const SWEEP: [f64; 2] = [8.0, 8.0];
 /// A disc with its place in lists [bytes]. A ray leaves about as many as a packet has segments.
 const DISC_BYTES: f64 = 250.0;
-/// Coarse bins of a batch.
+/// Coarse bins of a batch: 20 early and 200 late ones, with those before and after.
 const COARSE: f64 = 222.0;
 
 /// Own memory of trace and render [bytes]: chunks under way; echograms of the batches of a sweep and of all receivers, the coarse
 /// ones of all batches with their kernels, and the discs of the batches that are rendered at once.
 fn memory(pilot: &Pilot, effort: Effort, bands: &Bands, receivers: f64, bins: f64) -> [f64; 2] {
     let lane_bytes = (size_of::<sonel_map::Lanes>() * sonel_map::lanes_of(bands.count())) as f64;
-    let trace = pilot.costs.bytes.each * CHUNKS.min(effort.emissions as f64);
-    let [together, batches] = SWEEP;
+    let trace = pilot.costs.bytes.each * EMISSIONS_UNDER_WAY.min(effort.emissions as f64);
+    let [together, batches] = [RECEIVERS_IN_FLIGHT, BATCHES_IN_FLIGHT].map(f64::from);
     let fine =
         bins * lane_bytes * (receivers + batches * receivers.min(together)) * pilot.columns.fine as f64;
     let coarse =
