@@ -4,14 +4,14 @@ use std::fmt;
 
 use crate::quantity::{bytes, seconds};
 
-/// Largest map [bytes]: 1 TB.
+/// Largest map [bytes]: 1 TB, a usual disk.
 const MOST_MAP_BYTES: f64 = 1e12;
-/// Most own memory [bytes]: 1 TB.
+/// Most own memory [bytes]: 1 TB, a large node.
 const MOST_MEMORY_BYTES: f64 = 1e12;
-/// Longest CPU time [s]: a year.
+/// Longest CPU time [s]: a year, four days on 96 cores. The three are chosen to refuse misprints.
 const MOST_CPU_SECONDS: f64 = 365.0 * 86_400.0;
 
-/// What a run takes.
+/// Demand of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Demand {
     /// CPU time [s].
@@ -23,7 +23,7 @@ pub struct Demand {
 }
 
 impl Demand {
-    /// What exceeds its limit, with the limit; none where the run is feasible.
+    /// Demand that exceeds its limit, with the limit; none where the run is feasible.
     #[must_use]
     pub fn excess(self) -> Option<String> {
         let limits = [

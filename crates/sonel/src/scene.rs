@@ -23,7 +23,7 @@ pub struct Scene {
     origin: Origin,
 }
 
-/// Where a scene comes from.
+/// Origin of a scene.
 enum Origin {
     File(PathBuf),
     Made(Box<Document>),
@@ -120,7 +120,7 @@ impl Scene {
         &self.compiled
     }
 
-    /// Its walls.
+    /// Walls.
     #[must_use]
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
