@@ -9,9 +9,8 @@ use csv::StringRecord;
 
 use crate::cell;
 use crate::parameter::Parameter;
+use crate::student::NORMAL_95;
 
-/// Half of a 95 % interval of a normal distribution in standard deviations.
-const NORMAL_95: f64 = 1.959_964;
 const NEEDED: [&str; 4] = ["receiver", "center_frequency_hz", "parameter", "value"];
 const PLACE: [&str; 3] = ["receiver_x_m", "receiver_y_m", "receiver_z_m"];
 

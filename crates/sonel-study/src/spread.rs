@@ -12,13 +12,10 @@ use crate::kurtosis::excess_kurtosis;
 pub const PLANNED: [Parameter; 4] =
     [Parameter::Level, Parameter::T30, Parameter::EarlyDecayTime, Parameter::ClarityC80];
 
-/// A confidence of 95 %.
-const MISSED: f64 = 0.05;
-
 /// Student's t of a 95 % interval over `batches` batches, at least two.
 #[must_use]
 pub fn student_factor(batches: u32) -> f64 {
-    student::quantile(MISSED, batches.max(2) - 1)
+    student::quantile(student::MISSED, batches.max(2) - 1)
 }
 
 /// Address of a parameter: row of [`sonel_analysis::parameters`], band, parameter.
@@ -107,7 +104,7 @@ fn reading(estimate: &ParameterValue, parameter: Parameter) -> (Option<f64>, Res
     let half_width = match (&estimate.interval, &estimate.error) {
         (Ok([low, high]), Some(error)) => {
             let unit = parameter.just_noticeable(estimate.value);
-            let noise = student::quantile(MISSED, error.freedom) * error.sigma;
+            let noise = student::quantile(student::MISSED, error.freedom) * error.sigma;
             Ok(HalfWidth { noise: noise / unit, beside: ((0.5 * (high - low) - noise) / unit).max(0.0) })
         }
         (Err(reason), _) => Err(reason.to_string()),

@@ -18,7 +18,7 @@ use crate::zone::DiffractionZones;
 
 /// Chunks traced before they are handed over together, while the next are traced: bounds the memory, whatever the number of
 /// threads.
-const CHUNKS_IN_FLIGHT: u64 = 32;
+pub const CHUNKS_IN_FLIGHT: u64 = 32;
 
 /// Lost packets per segment beyond which a run is aborted: watertight casting measured none in 10⁸.
 const LOSS_BUDGET_PER_SEGMENT: f64 = 1e-7;

@@ -19,10 +19,10 @@ use crate::prepared::Prepared;
 #[derive(Debug)]
 pub struct Map {
     map: SonelMap,
-    /// What messages call it.
+    /// Name in messages.
     label: String,
     geometry: OnceLock<Arc<Geometry>>,
-    /// What it was prepared with for renderings.
+    /// Preparations for renderings.
     prepared: Prepared,
 }
 

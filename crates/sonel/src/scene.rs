@@ -23,7 +23,7 @@ pub struct Scene {
     origin: Origin,
 }
 
-/// Where a scene comes from.
+/// Origin of a scene.
 enum Origin {
     File { path: PathBuf, text: String },
     Made(Box<Document>),
@@ -126,7 +126,7 @@ impl Scene {
         &self.compiled
     }
 
-    /// Its walls.
+    /// Walls.
     #[must_use]
     pub fn geometry(&self) -> &Geometry {
         &self.geometry

@@ -22,7 +22,7 @@ pub struct Variants {
     pub values: Alternatives,
 }
 
-/// What varies.
+/// Alternatives of a material, or its range.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Alternatives {
     /// Values of a coefficient. Absorptions between two of them are possible, too.

@@ -6,6 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use sonel_acoustics::Coefficient;
+use sonel_analysis::student::NORMAL_95;
 use sonel_analysis::{Estimate, jackknife};
 
 use crate::local::{Datum, Local, Unknown};
@@ -14,8 +15,6 @@ use crate::local::{Datum, Local, Unknown};
 const STEP: f64 = 0.5;
 /// χ² of four degrees of freedom exceeds this many times its mean in one of ten cases.
 const REDRAWN: f64 = 2.0;
-/// Quantile of a normal distribution, two-sided 95 %.
-const NORMAL_95: f64 = 1.959_964;
 /// Largest share of the prior variance [1] that the measurement leaves of an identified coefficient: half, so that it counts more than the prior.
 const LEFT: f64 = 0.5;
 /// Cosine of the angle between derivatives from which on coefficients are confounded: 18°. Chosen, not measured; 0.81 doubles the angle.

@@ -14,8 +14,6 @@ use sonel_analysis::student;
 const SHOWN_DB: f64 = 70.0;
 /// Bins and points along the time axis at the most: what an eye can tell apart.
 const POINTS: usize = 250;
-/// An interval holds the true value with 95 %.
-const MISSED: f64 = 0.05;
 
 /// Fluence rate per unit emitted energy of source `s` at receiver `r` over the time since emission, per band, from the coarse bins of the batches; from
 /// the fine bins where the response holds no batches, without intervals then.
@@ -103,7 +101,7 @@ fn coarse(response: &Response, s: usize, r: usize, b: usize) -> Option<Bins> {
     let edges = response.batch_edges(s, r)?;
     let rows: Vec<(f64, &[f32])> =
         weighted(&stored.weight, |g| response.batch_echogram(g, s, r, b)).collect();
-    let quantile = (rows.len() > 1).then(|| student::quantile(MISSED, rows.len() as u32 - 1));
+    let quantile = (rows.len() > 1).then(|| student::quantile(student::MISSED, rows.len() as u32 - 1));
     let bins = (0..stored.bins).map(|bin| {
         let mean: f64 = rows.iter().map(|(weight, row)| weight * f64::from(row[bin])).sum();
         // The variance of a batch goes with 1/weight: Σ w (e − mean)² / (G − 1) estimates that of the mean.

@@ -27,7 +27,7 @@ use crate::stochastic::mirror_connection::ReceiverImages;
 use crate::stochastic::selection::{Selector, SonelSelection};
 
 /// Batches rendered before they are added: bounds the memory, whatever the number of threads.
-const BATCHES_IN_FLIGHT: u32 = 8;
+pub const BATCHES_IN_FLIGHT: u32 = 8;
 
 /// One batch's estimate: all its echograms, and the sums of its classes per receiver.
 pub(crate) struct BatchEstimate {

@@ -4,7 +4,7 @@
 //! deterministic arrivals, and the spread between batches is the interval (docs/physics.md §7). Batches are rendered on
 //! all cores and added in order, so neither the number of threads nor the receivers that share a call change a bit.
 
-mod batch;
+pub(crate) mod batch;
 mod deterministic;
 mod lateral;
 mod ownership;
@@ -40,7 +40,7 @@ use survey::SonelSurvey;
 
 /// Receivers rendered in one sweep: few enough that the echograms they share stay in the cache, which halves the time of a
 /// connection; sweeping the paths again costs less than a connection each.
-const RECEIVERS_IN_FLIGHT: u32 = 8;
+pub const RECEIVERS_IN_FLIGHT: u32 = 8;
 /// Visibility rays of a batch from all of them, where one receiver alone has no more: each leaves some twenty discs of 250 bytes.
 pub const RAYS_IN_FLIGHT: u32 = 8192;
 

@@ -12,12 +12,12 @@ use crate::coefficients::{self, Coefficients, MaterialKey};
 use crate::error::At;
 use crate::{Error, Result};
 
-/// What a rendering has otherwise than the scene of its map.
+/// Change of a rendering against the scene of its map.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Change {
     /// A coefficient of a material.
     Coefficient(String, MaterialKey, Coefficients),
-    /// How a source radiates: the name of a pattern such as `cardioid`, or a CSV file.
+    /// Directivity of a source: the name of a pattern such as `cardioid`, or a CSV file.
     Directivity(String, String),
 }
 
@@ -35,7 +35,7 @@ impl fmt::Display for Change {
     }
 }
 
-/// What a key of a material replaces.
+/// Coefficients that a key of a material replaces.
 fn replaced(key: MaterialKey) -> &'static str {
     match key {
         MaterialKey::Diffuse => MaterialKey::Scattering.name(),

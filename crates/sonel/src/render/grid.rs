@@ -35,7 +35,7 @@ pub struct Axis {
     pub low: f64,
     /// Last position [m].
     pub high: f64,
-    /// How many; 1 or more.
+    /// Number of parts; 1 or more.
     pub count: u32,
 }
 

@@ -49,9 +49,9 @@ pub struct Rendered {
     pub is_reached: Option<bool>,
     /// Seconds by the observer's clock: on the wall and of the processor, at the begin of the rendering itself and at the end.
     seconds: [(f64, f64); 2],
-    /// What was predicted and achieved, where there was a plan.
+    /// Prediction and achievement, where there was a plan.
     pub comparison: Option<crate::plan::Comparison>,
-    /// What else the report states.
+    /// Further keys of the report.
     told: Value,
 }
 
@@ -62,7 +62,7 @@ pub struct ClassShare {
     pub class: String,
     /// Part of the energy of all receivers and bands, 0 … 1.
     pub share: f64,
-    /// What estimated it.
+    /// Estimator.
     pub estimator: &'static str,
 }
 
