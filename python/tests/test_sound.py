@@ -225,7 +225,8 @@ def test_binaural_responses_and_iacc_are_those_of_the_programs_and_of_the_defini
     printed, _ = run("sonel-analyze", "iacc", path, "--json")
     found = json.loads(printed)["recordings"][0]
     onset = round(found["onset_s"] * RATE)
-    assert onset == at + 32
+    # Lobes of a pulse between samples are within 20 dB of it for three samples.
+    assert at + 32 - 3 <= onset <= at + 32
     windows = {"early": slice(onset, onset + 3840), "late": slice(onset + 3840, None), "all": slice(onset, None)}
     for band in found["bands"][1:5]:
         for name, window in windows.items():
