@@ -9,10 +9,11 @@
 use std::panic::catch_unwind;
 
 use glam::DVec3;
+use sofar::hdf::parse_with_children;
 use sofar::reader::{OpenOptions, Sofar};
 
 use crate::resampling::resample;
-use crate::{SAMPLE_RATE_HZ, SoundError};
+use crate::{SAMPLE_RATE_HZ, SoundError, stored};
 
 /// Distances closer than this part are one.
 const SAME_DISTANCE: f64 = 1e-3;
@@ -21,6 +22,10 @@ const LONGEST: usize = 1 << 12;
 /// Sample rates that are read [Hz].
 const LOWEST_RATE_HZ: f32 = 8000.0;
 const HIGHEST_RATE_HZ: f32 = 192_000.0;
+
+/// What is said of files that the library does not read: damaged ones, and those of HDF5 before 1.8 or since 1.10, in uncompressed or very many
+/// chunks.
+const UNREAD: &str = "the file is damaged, or stored otherwise than by the netCDF library";
 
 /// Longest responses at a rate, with their delays [samples].
 #[must_use]
@@ -48,10 +53,12 @@ impl Head {
         // No rate is asked for: the library would convert responses without keeping the gain of their spectra.
         let options = options.sample_rate(f32::NAN).normalized(false);
         // The library indexes what a damaged file says.
-        let opened = catch_unwind(|| options.open_data(file));
-        let sofar = opened
-            .map_err(|_| failed("the file is damaged".to_owned()))?
-            .map_err(|error| failed(error.to_string()))?;
+        let opened = catch_unwind(|| {
+            let parsed = parse_with_children(file).map_err(|_| UNREAD.to_owned())?;
+            stored::check(&parsed, file)?;
+            options.open_data(file).map_err(|_| UNREAD.to_owned())
+        });
+        let sofar = opened.unwrap_or_else(|_| Err(UNREAD.to_owned())).map_err(failed)?;
         check(&sofar).map_err(failed)?;
         let head = Self::of(&sofar, sample_rate_hz)?;
         let (found, allowed) =

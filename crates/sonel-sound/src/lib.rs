@@ -24,6 +24,7 @@ pub mod plane_waves;
 pub mod pulses;
 pub mod resampling;
 mod sphere;
+mod stored;
 mod transform;
 pub mod wav;
 
