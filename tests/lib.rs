@@ -142,7 +142,7 @@ impl Traced {
         for batch in 0..emissions.layout.batches {
             for path in self.map.batch_paths(0, batch) {
                 let share = emissions.share(path.emission);
-                emissions.follow(0, path, 1.0, (&table, &mut weight), |segment| {
+                emissions.follow(0, path, 1.0, &table, &mut weight, |segment| {
                     visit(path.emission, share, segment);
                 });
             }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
-use sonel::{Channels, Head};
+use sonel::{Channels, Head, SoundOptions};
 use sonel_console::output::{Kind, Output};
 use sonel_echogram::{LATERAL_KEYS, ReceiverDirectivity, Response as Echograms};
 
@@ -88,14 +88,14 @@ impl Response {
     }
 
     /// Impulse responses of all sources at all receivers: one channel, or those of ambisonics of an order, or those of a head in a SOFA file.
-    fn sound(&self, order: Option<u32>, head: Option<&[u8]>, seed: Option<u64>) -> sonel::Result<Array> {
-        let head = head.map(Head::read).transpose()?;
+    fn sound(&self, order: Option<u32>, head: Option<&[u8]>, options: SoundOptions) -> sonel::Result<Array> {
+        let head = head.map(|file| Head::read(file, options.sample_rate_hz)).transpose()?;
         let channels = match (order, &head) {
             (Some(order), _) => Channels::Ambisonics(order),
             (None, Some(head)) => Channels::Ears(head),
             (None, None) => Channels::Single,
         };
-        let all = self.response.impulse_responses(channels, seed)?;
+        let all = self.response.impulse_responses(channels, options)?;
         let (channels, samples) =
             all.first().map_or((0, 0), |pair| (pair.len(), pair.first().map_or(0, Vec::len)));
         let values: Arc<Vec<f32>> = Arc::new(all.into_iter().flatten().flatten().collect());
@@ -223,15 +223,18 @@ impl Response {
     }
 
     /// Impulse responses, [S, R, channels, samples].
-    #[pyo3(signature = (order=None, head=None, seed=None))]
+    #[pyo3(signature = (order=None, head=None, seed=None, sample_rate_hz=48_000, is_matched=false))]
     fn impulse_responses(
         &self,
         py: Python<'_>,
         order: Option<u32>,
         head: Option<Vec<u8>>,
         seed: Option<u64>,
+        sample_rate_hz: u32,
+        is_matched: bool,
     ) -> PyResult<Array> {
-        on_all_cores(py, || self.sound(order, head.as_deref(), seed))?.map_err(error)
+        let options = SoundOptions { seed, sample_rate_hz, is_matched };
+        on_all_cores(py, || self.sound(order, head.as_deref(), options))?.map_err(error)
     }
 
     /// Volume of a closed room, the direction up where it is known, and the seed.

@@ -79,8 +79,8 @@ impl Scene {
     }
 
     /// The text of the scene file.
-    fn toml(&self) -> PyResult<String> {
-        self.scene.to_toml().map_err(error)
+    fn toml(&self) -> String {
+        self.scene.to_toml()
     }
 
     /// Writes the scene file, and the mesh of a scene that came from Python; returns the path of the file.

@@ -144,6 +144,21 @@ def test_pyrato_reads_the_parameters_of_the_response(response):
     assert not np.all(np.abs(by_pyrato(faster)[0] - expected[0]) < allowed[0])
 
 
+def test_pyrato_reads_t30_of_one_matched_response(response):
+    """Within 0.3 of a just-noticeable difference of 5 %; the same seeds without `match` are farther off."""
+    start = direct_sample(response, 0)
+    rows = response.parameters()[0, 0]
+    expected = rows["t30_s"][np.isin(rows["center_frequency_hz"], OCTAVES)]
+
+    def worst(**options):
+        samples = [response.impulse_responses(seed=seed, **options)[0, 0, 0, start:].astype(float) for seed in range(6)]
+        return np.max([np.abs(by_pyrato(octaves(each))[0] / expected - 1) for each in samples])
+
+    matched, drawn = worst(match=True), worst()
+    print("T30 off by", matched, "with match,", drawn, "without")
+    assert matched < 0.015 < drawn
+
+
 def harmonics(order, direction):
     """Real spherical harmonics in ACN order with SN3D, from SciPy's complex ones with their Condon-Shortley phase."""
     x, y, z = direction
@@ -210,7 +225,8 @@ def test_binaural_responses_and_iacc_are_those_of_the_programs_and_of_the_defini
     printed, _ = run("sonel-analyze", "iacc", path, "--json")
     found = json.loads(printed)["recordings"][0]
     onset = round(found["onset_s"] * RATE)
-    assert onset == at + 32
+    # Lobes of a pulse between samples are within 20 dB of it for three samples.
+    assert at + 32 - 3 <= onset <= at + 32
     windows = {"early": slice(onset, onset + 3840), "late": slice(onset + 3840, None), "all": slice(onset, None)}
     for band in found["bands"][1:5]:
         for name, window in windows.items():
@@ -228,6 +244,16 @@ def test_a_head_of_another_sample_rate_is_converted(response, tmp_path, rate, of
     same, found = (response.impulse_responses(hrtf=head).astype(float) for head in heads)
     assert np.abs(found - same).max() < off * np.abs(same).max()
     assert np.sum(found**2) == pytest.approx(np.sum(same**2), rel=0.01)
+
+
+def test_another_sample_rate_has_the_same_spectrum(response):
+    """Without a factor, below half of both rates."""
+    spectra = {}
+    for rate in (16_000, RATE):
+        samples = response.impulse_responses(sample_rate=rate)[0, 0, 0].astype(float)
+        frequencies = np.array([120.0, 500.0, 2100.0, 6500.0])
+        spectra[rate] = np.exp(-2j * np.pi * np.outer(frequencies, np.arange(len(samples))) / rate) @ samples
+    np.testing.assert_allclose(spectra[16_000], spectra[RATE], rtol=0.02)
 
 
 @pytest.mark.parametrize("kind", ["single", "binaural", "ambix"])
@@ -262,6 +288,7 @@ def test_what_makes_no_sound_is_named(room, response, head, tmp_path):
         (lambda: bare.impulse_responses(hrtf=head), "--directions"),
         (lambda: response.impulse_responses(ambix=4), "order 1, 2 or 3"),
         (lambda: response.impulse_responses(ambix=1, hrtf=head), "exclude each other"),
+        (lambda: response.impulse_responses(sample_rate=7999), "give 8000 to 192000 Hz"),
         (lambda: response.impulse_responses(hrtf=tmp_path / "none.sofa"), "cannot read"),
         (lambda: response.impulse_responses(hrtf=tmp_path / "text.sofa"), "SimpleFreeFieldHRIR"),
         (lambda: bare.to_sofa(tmp_path / "room.hdf5"), "does not end in .sofa"),

@@ -24,8 +24,8 @@ fn hall(receiver: usize) -> Scene {
 }
 
 fn received(scene: Scene, seed: u64) -> Vec<Windows> {
-    let traced = Traced::new(scene, Settings { emissions: 600_000, seed, ..Settings::default() });
-    let settings = RenderSettings { rays: Some(32_768), ..RenderSettings::default() };
+    let traced = Traced::new(scene, Settings { emissions: 1_000_000, seed, ..Settings::default() });
+    let settings = RenderSettings { rays: Some(65_536), ..RenderSettings::default() };
     windows_with_bias(&traced, settings, &BORDERS).swap_remove(0)
 }
 

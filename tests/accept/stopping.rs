@@ -1,6 +1,6 @@
 //! Intervals of runs that stop when their targets are kept: coverage in the shoebox, where stopping is a matter of luck.
 //!
-//! The runs begin with fewer packets than planned, so that they iteration more often than `sonel-trace --until` does.
+//! The runs begin with fewer packets than planned, so that they take more iterations than `sonel-trace --until` does.
 
 use sonel_analysis::Parameter;
 use sonel_map::Settings;

@@ -13,6 +13,7 @@ fn commands() -> Vec<(Vec<String>, Command)> {
     let programs = [
         sonel_trace::Program::command(),
         sonel_render::Arguments::command(),
+        sonel_view::Arguments::command(),
         sonel_analyze::Arguments::command(),
     ];
     let with_commands = |program: Command| {

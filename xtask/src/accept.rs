@@ -9,7 +9,7 @@ use clap::ValueEnum;
 
 use xtask::workspace;
 
-use crate::{attack, cluster, container, documentation, python_package, report};
+use crate::{attack, cluster, container, documentation, python_package, view};
 
 /// A part of what is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -24,8 +24,8 @@ pub enum Part {
     Container,
     /// The Python wheel, its types and its notebook
     Python,
-    /// The report in a browser
-    Report,
+    /// The page of sonel-view in a browser
+    View,
     /// Programs killed, short of disk and memory, with damaged inputs
     Attack,
     /// Statistical runs
@@ -42,7 +42,7 @@ pub fn run(part: Option<Part>) -> Result<()> {
         (Part::Cluster, cluster::accept),
         (Part::Container, container::accept),
         (Part::Python, || python_package::accept().map(|()| None)),
-        (Part::Report, report::accept),
+        (Part::View, view::accept),
         (Part::Attack, || attack::accept().map(|()| None)),
         (Part::Tests, || tests().map(|()| None)),
     ];

@@ -13,9 +13,9 @@ mod pages;
 mod python;
 mod python_package;
 mod python_reader;
-mod report;
 mod slurm;
 mod tidy;
+mod view;
 
 use std::process::ExitCode;
 

@@ -87,7 +87,11 @@ pub fn libraries() -> Result<()> {
 /// When they do not build.
 pub fn programs(profile: Profile) -> Result<PathBuf> {
     let mut build = cargo(&["build", "--quiet", "--workspace"]);
-    build.args(["sonel-trace", "sonel-render", "sonel-analyze"].iter().flat_map(|name| ["--bin", name]));
+    build.args(
+        ["sonel-trace", "sonel-render", "sonel-view", "sonel-analyze"]
+            .iter()
+            .flat_map(|name| ["--bin", name]),
+    );
     if profile == Profile::Release {
         build.arg("--release");
     }

@@ -18,10 +18,10 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// Specific impedance at which a locally reacting wall absorbs most of a diffuse field.
+/// Specific impedance at which a locally reacting wall absorbs most of a diffuse field: the maximum of the formula above.
 pub const SOFTEST: f64 = 1.567_141_4;
 
-/// How the absorption of a material depends on the angle of incidence.
+/// Dependence of absorption on the angle of incidence.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AbsorptionLaw {
@@ -36,7 +36,7 @@ impl AbsorptionLaw {
     /// All laws; the index of a law is its code in maps.
     pub const ALL: [Self; 2] = [Self::Uniform, Self::LocallyReacting];
 
-    /// Its code in maps.
+    /// Code in maps.
     #[must_use]
     pub fn code(self) -> u8 {
         self as u8

@@ -13,7 +13,7 @@ use thiserror::Error;
 
 use crate::lanes::{BandValues, Lanes};
 
-/// By how much the mean of stored factors may differ from 1: rounding of some hundred thousand nodes.
+/// Largest difference between the mean of stored factors and 1: rounding of some hundred thousand nodes.
 const MEAN_TOLERANCE: f64 = 1e-9;
 
 /// Factors over directions, relative to an omnidirectional source of the same power.
@@ -129,7 +129,7 @@ impl Balloon {
         if self.factors.iter().all(is_energy) { Ok(()) } else { Err(BalloonError::Value) }
     }
 
-    /// Its name, such as that of its file.
+    /// Name, such as that of its file.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name

@@ -51,7 +51,7 @@ const NOMINAL_THIRDS: [f64; 34] = [
     8000.0, 10000.0, 12500.0, 16000.0, 20000.0,
 ];
 
-/// Where 1000 Hz stands in [`NOMINAL_THIRDS`].
+/// Index of 1000 Hz in [`NOMINAL_THIRDS`].
 const INDEX_OF_1000_HZ: usize = 20;
 
 /// Why a list of centres is no set of bands.

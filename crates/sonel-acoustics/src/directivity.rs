@@ -11,10 +11,10 @@ use thiserror::Error;
 
 use crate::balloon::{Balloon, Radiation};
 
-/// Sine of the angle between directions up to which they are parallel.
+/// Sine of the angle up to which directions are parallel: what six written digits tell.
 const PARALLEL: f64 = 1e-6;
 
-/// How a source radiates.
+/// Radiation of a source over directions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Directivity {

@@ -20,9 +20,9 @@ pub struct Material {
     pub scattering: Vec<f64>,
     /// Transmission coefficient τ per band: the part that passes straight on.
     pub transmission: Vec<f64>,
-    /// How absorption depends on the angle of incidence.
+    /// Dependence of absorption on the angle of incidence.
     pub law: AbsorptionLaw,
-    /// Where the numbers come from.
+    /// Source of the numbers.
     pub source: Option<String>,
 }
 
@@ -53,9 +53,9 @@ pub enum MaterialProblem {
     /// A list whose length is not the number of bands.
     #[error("{coefficient} has {given} entries, the bands are {expected}")]
     WrongLength {
-        /// Which list.
+        /// The list.
         coefficient: Coefficient,
-        /// Its length.
+        /// Length of the list.
         given: usize,
         /// Number of bands.
         expected: usize,
@@ -63,7 +63,7 @@ pub enum MaterialProblem {
     /// A coefficient outside 0 … 1 or not a number.
     #[error("{coefficient} is {given} in band {band}, outside 0 … 1")]
     OutOfRange {
-        /// Which coefficient.
+        /// The coefficient.
         coefficient: Coefficient,
         /// Index of the band.
         band: usize,

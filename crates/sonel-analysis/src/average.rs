@@ -86,7 +86,7 @@ pub fn average<'a>(parameters: impl IntoIterator<Item = &'a ParameterValue>) -> 
     derived(mean, parameters)
 }
 
-/// How far an interval reaches beyond its noise: below, negative or zero, and above.
+/// Reach of an interval beyond its noise: below, negative or zero, and above.
 fn beyond_noise(estimate: &Estimate) -> [f64; 2] {
     let Ok([low, high]) = &estimate.interval else { return [0.0; 2] };
     let centre = estimate.without.iter().zip(&estimate.weight).map(|(value, weight)| value * weight).sum();

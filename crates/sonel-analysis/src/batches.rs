@@ -15,7 +15,7 @@ pub struct Parts {
     pub all: Values,
     /// Without each of them.
     pub without: Vec<Values>,
-    /// Their weights, above zero, adding up to 1.
+    /// Weights, above zero, adding up to 1.
     pub weight: Vec<f64>,
     /// The same readings freed of the bias of discs and spheres; none where there is no such bias.
     pub unbiased: Option<Readings>,
@@ -37,7 +37,9 @@ impl Parts {
     /// When the response holds fewer than two batches of any weight.
     pub fn read(
         response: &Response,
-        (s, r, b): (usize, usize, usize),
+        s: usize,
+        r: usize,
+        b: usize,
         arrivals: &[Arrival],
         scale: LevelScale,
     ) -> Result<Self, NoInterval> {
@@ -166,7 +168,7 @@ fn finite(value: Result<f64, Unsupported>) -> Result<f64, Unsupported> {
     value.and_then(|value| if value.is_finite() { Ok(value) } else { Err(Unsupported::BeyondNumbers) })
 }
 
-/// What the parts say of a parameter.
+/// Values of a parameter in the parts.
 struct PartSpread {
     half_width: f64,
     error: StandardError,

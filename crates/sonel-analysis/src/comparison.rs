@@ -18,17 +18,15 @@ use crate::estimate::{Estimate, ParameterValue, StandardError};
 use crate::jackknife;
 use crate::parameter::Parameter;
 use crate::receiver::ReceiverParameters;
-use crate::student;
+use crate::student::{self, MISSED};
 use crate::window::{WINDOWS, Window};
 
 /// Chance of any difference being found where there is none.
 pub(crate) const FAMILY_LEVEL: f64 = 0.01;
-/// Level of the interval shown with each difference, which stands for that difference alone.
-pub(crate) const INTERVAL_LEVEL: f64 = 0.05;
 /// Figures that carry no noise are equal to this relative difference: what other orders of summation leave.
 pub(crate) const ROUNDING: f64 = 1e-9;
 
-/// How the errors of two responses belong together.
+/// Relation of the errors of two responses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pairing {
     /// Runs with seeds of their own.
@@ -59,7 +57,7 @@ pub struct Difference {
     pub differs: bool,
 }
 
-/// What could be compared.
+/// Differences of the parameters that could be compared.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Comparison {
     /// Figures tested.
@@ -101,7 +99,7 @@ fn sidak(count: usize) -> f64 {
     -libm::expm1(libm::log1p(-FAMILY_LEVEL) / count.max(1) as f64)
 }
 
-/// What is compared.
+/// Input of the comparison.
 #[derive(Debug, Clone, Copy)]
 enum Compared {
     Parameter(Parameter),
@@ -174,7 +172,7 @@ impl Pair<'_> {
     fn difference(&self, level: f64, pairing: Pairing) -> Option<Difference> {
         let ((a, b), joint) = (self.estimates()?, self.joint_error(pairing)?);
         let value = b.value - a.value;
-        let half_width = student::quantile(INTERVAL_LEVEL, joint.freedom) * joint.sigma;
+        let half_width = student::quantile(MISSED, joint.freedom) * joint.sigma;
         let rounding = ROUNDING * a.value.abs().max(b.value.abs());
         Some(Difference {
             source: self.receiver.source.clone(),

@@ -115,7 +115,7 @@ impl DecayCurve {
         self.remaining[0]
     }
 
-    /// What follows the record.
+    /// Energy after the record.
     #[must_use]
     pub fn tail(&self) -> Tail {
         self.tail

@@ -10,9 +10,9 @@ pub type ParameterValue = Result<Estimate, Unsupported>;
 pub struct Estimate {
     /// In the unit of its parameter; finite.
     pub value: f64,
-    /// Where the true value lies with a probability of 95 %.
+    /// Interval that holds the true value with a probability of 95 %.
     pub interval: Interval,
-    /// What the interval is made of; none where there is no interval.
+    /// Parts of the interval; none without an interval.
     pub error: Option<StandardError>,
     /// The same parameter without each batch, for comparisons of parameters that share their batches; empty without an interval.
     pub without: Vec<f64>,
@@ -22,11 +22,11 @@ pub struct Estimate {
     pub warning: Option<String>,
     /// For reverberation times: how straight the decay is.
     pub decay: Option<DecayQuality>,
-    /// What discs and spheres do to it; none where nothing is averaged over an area.
+    /// Bias of discs and spheres; none where nothing is averaged over an area.
     pub kernel: Option<KernelShift>,
 }
 
-/// What becomes of a parameter when it is freed of the bias of discs and spheres.
+/// Shift of a parameter when it is freed of the bias of discs and spheres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KernelShift {
     /// The parameter freed of it less the parameter, in the unit of the parameter.
@@ -98,7 +98,7 @@ pub struct StandardError {
 /// A 95 % interval, or why there is none.
 pub type Interval = Result<[f64; 2], NoInterval>;
 
-/// How a reverberation time was read.
+/// Reading of a reverberation time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DecayQuality {
     /// Part of the decay evaluated, relative to its start [dB].
@@ -118,7 +118,7 @@ const LARGEST_CURVATURE: f64 = 10.0;
 const HOPELESS: f64 = 10.0;
 
 impl DecayQuality {
-    /// What exceeds `times` the limits of ISO 3382-2; [`None`] where nothing does.
+    /// Quantities that exceed `times` the limits of ISO 3382-2; [`None`] where none does.
     fn excess(&self, times: f64) -> Option<String> {
         let (linear, curved) = (times * LARGEST_NON_LINEARITY, times * LARGEST_CURVATURE);
         if self.non_linearity_permille > linear {
@@ -196,7 +196,7 @@ pub enum Unsupported {
         /// Duration that brings T30 at the rate of the record's end [s].
         needed_s: f64,
     },
-    /// What follows the record decides.
+    /// The part after the record decides.
     #[error(
         "the run ends at {end_s:.2} s and the missing decay is too large for this parameter: set duration_s to {needed_s:.2} or more"
     )]
@@ -215,7 +215,7 @@ pub enum Unsupported {
         from_db: f64,
         /// [dB].
         to_db: f64,
-        /// What is beyond its limit.
+        /// Quantity beyond its limit.
         found: String,
     },
     /// The evaluation range is not covered.
@@ -278,7 +278,7 @@ pub enum Unsupported {
     /// The parameter rests on one batch.
     #[error("the noise is too high: without one of the batches {reason}; trace more packets")]
     OneBatchDecides {
-        /// What is wrong then.
+        /// The fault.
         reason: Box<Unsupported>,
     },
     /// The interval is too wide to say anything.
@@ -300,7 +300,7 @@ pub enum Unsupported {
         "a regression needs two places at different distances, of levels between 2 m and 16 m; found {found}"
     )]
     TooFewPlaces {
-        /// How many there are.
+        /// Number of them.
         found: usize,
     },
     /// Speech stays intelligible.
@@ -323,7 +323,7 @@ pub enum Unsupported {
     /// Single numbers need their octaves.
     #[error("its single number is the mean over the octaves {octaves} Hz; missing: {missing}")]
     OctavesMissing {
-        /// Their nominal centres.
+        /// Nominal centres.
         octaves: &'static str,
         /// Names of the bands.
         missing: String,
@@ -336,7 +336,7 @@ pub enum Unsupported {
     Band {
         /// Nominal centre [Hz].
         center_frequency_hz: f64,
-        /// What is wrong there.
+        /// The fault there.
         reason: Box<Unsupported>,
     },
 }

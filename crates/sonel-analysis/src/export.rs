@@ -13,7 +13,7 @@ pub use self::npz::{ARRAYS, npz};
 
 use sonel_map::Event;
 
-/// What a packet did where it arrived, in words.
+/// Name of the event at an arrival.
 fn name(event: Event) -> &'static str {
     match event {
         Event::Specular => "specular",

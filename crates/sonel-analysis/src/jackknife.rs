@@ -9,10 +9,8 @@
 
 use crate::estimate::StandardError;
 use crate::outlier;
-use crate::student;
+use crate::student::{self, MISSED};
 
-/// An interval holds the true value with 95 %.
-pub(crate) const MISSED: f64 = 0.05;
 /// A relative spread below this is rounding, about which nothing can be tested.
 const ROUNDING: f64 = 1e-12;
 

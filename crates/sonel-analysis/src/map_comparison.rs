@@ -42,7 +42,7 @@ use crate::reading::Reading;
 
 /// Effective number of arrivals below which a cell is not tested: the skewness of its mean is then below 0.03.
 pub const FEWEST_ARRIVALS: f64 = 1000.0;
-/// Ends of the windows as parts of the duration.
+/// Ends of the windows as shares of the duration, early ones finer. Chosen, not measured; twice as many have a smaller level each.
 const WINDOW_ENDS: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 0.75, 1.0];
 
 /// A map ready to be compared.
@@ -54,7 +54,7 @@ pub struct Traced<'a> {
     pub geometry: &'a Geometry,
 }
 
-/// Where energy arrives.
+/// Place where energy arrives.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Place {
     /// All surfaces.
@@ -63,9 +63,9 @@ pub enum Place {
     Material(String),
     /// One surface.
     Surface {
-        /// Its number in A.
+        /// Number in A.
         in_a: u32,
-        /// Its number in B.
+        /// Number in B.
         in_b: u32,
         /// Name of its material in A.
         material: String,
@@ -100,7 +100,7 @@ impl Place {
 pub struct CellDifference {
     /// Name of the source.
     pub source: String,
-    /// Where.
+    /// Place.
     pub place: Place,
     /// Nominal centres of the bands, which nothing tells apart [Hz].
     pub center_frequencies_hz: Vec<f64>,
@@ -142,7 +142,7 @@ impl CellDifference {
 /// The cells of one kind of places.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tier {
-    /// Which places.
+    /// Places.
     pub kind: Kind,
     /// Cells tested, by source, place, window and band.
     pub cells: Vec<CellDifference>,
@@ -154,7 +154,7 @@ pub struct Tier {
     pub level: f64,
 }
 
-/// How the noise of two maps is related.
+/// Relation of the noise of two maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pairing {
     /// Same random numbers, compared batch by batch.
@@ -165,14 +165,14 @@ pub enum Pairing {
     Independent,
 }
 
-/// What two maps have to say about each other.
+/// Comparison of two maps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapComparison {
     /// Room, materials, surfaces.
     pub tiers: Vec<Tier>,
-    /// How noise was treated.
+    /// Treatment of noise.
     pub pairing: Pairing,
-    /// What could not be compared, a sentence each.
+    /// Parts that could not be compared, a sentence each.
     pub without_counterpart: Vec<String>,
 }
 

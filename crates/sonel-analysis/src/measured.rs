@@ -9,9 +9,8 @@ use csv::StringRecord;
 
 use crate::cell;
 use crate::parameter::Parameter;
+use crate::student::NORMAL_95;
 
-/// Half of a 95 % interval of a normal distribution in standard deviations.
-const NORMAL_95: f64 = 1.959_964;
 const NEEDED: [&str; 4] = ["receiver", "center_frequency_hz", "parameter", "value"];
 const PLACE: [&str; 3] = ["receiver_x_m", "receiver_y_m", "receiver_z_m"];
 
@@ -24,11 +23,11 @@ pub struct MeasuredRow {
     pub source: Option<String>,
     /// Name of the receiver.
     pub receiver: String,
-    /// Where the receiver is [m], where the table has it.
+    /// Position of the receiver [m], if the table has it.
     pub position: Option<[f64; 3]>,
     /// Nominal centre of the band [Hz].
     pub center_frequency_hz: f64,
-    /// What was measured.
+    /// The parameter.
     pub parameter: Parameter,
     /// In its unit; none where nothing could be measured.
     pub value: Option<f64>,

@@ -9,13 +9,14 @@ use crate::estimate::{Estimate, ParameterValue, Unsupported};
 use crate::parameter::{LevelScale, Values};
 use crate::tail::Tail;
 
-/// Neither of two guesses is trusted further than this factor.
+/// Factor up to which either of two guesses counts [1]. Chosen, not measured; doubled, bounds of what follows the record are twice as far apart.
 const TRUST: f64 = 2.0;
-/// A parameter that may be off by more just-noticeable differences than this is refused.
+/// Possible error above which a parameter is refused [JND]: half of the widest interval. Chosen, not measured; doubled, as much as that.
 const MOST_JUST_NOTICEABLE: f64 = 5.0;
-/// A parameter that may be off by more just-noticeable differences than this is warned of.
+/// Possible error above which a parameter is warned of [JND]: below it nobody hears the difference.
 const LEAST_WARNED: f64 = 0.5;
-/// The duration named is one at which a parameter may be off by so many just-noticeable differences.
+/// Possible error at the duration that messages propose [JND], a fifth of what is warned of. Chosen; doubled, durations are shorter by 3 dB of
+/// decay.
 const AIM: f64 = 0.1;
 
 /// Readings with the least and the most that may follow the record.
@@ -93,5 +94,5 @@ pub fn widened(
     Ok(Estimate { interval, ..estimate }.warned(cut_off))
 }
 
-/// Stands for what cannot be read at all, in just-noticeable differences.
+/// Error that stands for a parameter without a value [JND]: any number above those that are refused.
 const FARTHEST: f64 = 1000.0;

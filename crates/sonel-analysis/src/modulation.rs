@@ -96,7 +96,7 @@ impl Phasors {
     }
 
     /// Adds (a p − b q) κ/(κ + iω): energy that falls from a to b at the rate κ [1/s], at times of the phasors `p` and `q`.
-    fn add_exponential(&mut self, (a, p): (f64, &Self), (b, q): (f64, &Self), rate: f64) {
+    fn add_exponential(&mut self, a: f64, p: &Self, b: f64, q: &Self, rate: f64) {
         for (k, frequency) in MODULATION_FREQUENCIES.into_iter().enumerate() {
             let (re, im) = (a * p.re[k] - b * q.re[k], a * p.im[k] - b * q.im[k]);
             let x = TAU * frequency / rate;
@@ -143,14 +143,14 @@ pub fn modulation_transfers(curve: &DecayCurve, borders: &mut Borders) -> [f64; 
     for (piece, at) in curve.pieces().zip(phasors.windows(2)) {
         match piece.rate() {
             Some(rate) if rate > 0.0 => {
-                sum.add_exponential((piece.before, &at[0]), (piece.after, &at[1]), rate);
+                sum.add_exponential(piece.before, &at[0], piece.after, &at[1], rate);
             }
             Some(_) => {}
             None => sum.add_even(piece.before, 0.5 * (piece.begin + piece.end), piece.width()),
         }
     }
     let (tail, end) = (curve.tail(), phasors.last().copied().unwrap_or(Phasors::at(0.0)));
-    sum.add_exponential((tail.energy, &end), (0.0, &end), tail.rate);
+    sum.add_exponential(tail.energy, &end, 0.0, &end, tail.rate);
     std::array::from_fn(|k| (libm::hypot(sum.re[k], sum.im[k]) / curve.total()).min(1.0))
 }
 

@@ -19,12 +19,12 @@ use crate::receiver::{ReceiverParameters, parameters_of};
 pub const SPEECH_POWER_LEVEL_DB: [f64; 7] = [60.9, 65.3, 69.0, 63.0, 55.8, 49.8, 44.5];
 /// A-weighting of the same octaves [dB].
 const A_WEIGHTING_DB: [f64; 7] = [-16.1, -8.6, -3.2, 0.0, 1.2, 1.0, -1.1];
-/// Distances of the regression of levels [m].
+/// Distances of the regression of levels (ISO 3382-3) [m].
 const NEAREST: f64 = 2.0;
 const FARTHEST: f64 = 16.0;
-/// Places that a regression needs.
+/// Fewest places of a regression: a line has two numbers.
 const FEWEST: usize = 2;
-/// Indices at the distraction and privacy distance.
+/// Speech transmission indices at the distraction and the privacy distance (ISO 3382-3).
 const DISTRACTION: f64 = 0.50;
 const PRIVACY: f64 = 0.20;
 

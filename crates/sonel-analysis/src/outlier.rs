@@ -8,9 +8,9 @@
 
 use crate::student;
 
-/// Share of sound parameters that are warned of.
+/// Share of valid parameters that are warned of [1]: one in a response of 125 parameters in eight responses. Chosen; doubled, one in four.
 const FALSE_ALARMS: f64 = 0.001;
-/// The test says nothing of fewer values.
+/// Fewest values of a test: with three the largest deviation is nearly fixed by the others.
 const FEWEST: usize = 4;
 
 /// A warning where one of `residuals` lies too far from the others.
@@ -39,7 +39,7 @@ fn largest_deviation(values: &[f64]) -> Option<f64> {
     (variance > 0.0).then(|| largest / variance.sqrt())
 }
 
-/// What the largest deviation of `count` normal values exceeds with probability `level`.
+/// Quantile of the largest deviation of `count` normal values: exceeded with probability `level`.
 fn critical_deviation(level: f64, count: u32) -> f64 {
     let n = f64::from(count);
     let t = student::quantile(level / n, count - 2);

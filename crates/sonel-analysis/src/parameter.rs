@@ -70,7 +70,7 @@ impl Parameter {
     pub const SUPPORT: [(Self, [f64; 2]); 2] =
         [(Self::SupportEarly, [0.020, 0.100]), (Self::SupportLate, [0.100, 1.000])];
 
-    /// Its key in JSON and CSV.
+    /// Key in JSON and CSV.
     #[must_use]
     pub fn key(self) -> &'static str {
         match self {
@@ -138,7 +138,7 @@ impl Parameter {
     }
 }
 
-/// What turns energy into levels.
+/// Constants that turn energy into levels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LevelScale {
     /// Power level of the source [dB re 1 pW].
@@ -205,7 +205,7 @@ impl Values {
         Self { values, lines, curve }
     }
 
-    /// How a reverberation time was read; none for other parameters.
+    /// Reading of a reverberation time; none for other parameters.
     #[must_use]
     pub fn quality(&self, parameter: Parameter) -> Option<DecayQuality> {
         let [_, t20, t30] = self.lines;
@@ -228,7 +228,7 @@ impl Values {
 /// Bins before a limit between early and late, at the least. Within a bin the energy counts as that of an exponential decay: of bins of
 /// 12.5 ms 6.25 ms may be on the wrong side of 50 ms, 0.75 dB of the late energy at T = 0.5 s.
 const BINS_BEFORE_LIMIT: f64 = 4.0;
-/// Shares of widths that are rounding.
+/// Share of a bin's width that is rounding [1]: borders are sums of up to a million widths.
 const ROUNDING: f64 = 1e-9;
 
 /// Energy at `limit` [s] after the direct sound and later.

@@ -11,7 +11,7 @@ pub struct Reading<'a> {
     pub map: &'a SonelMap,
     /// Number of bands.
     pub bands: usize,
-    /// Where and how its paths begin.
+    /// Starts of its paths.
     pub emissions: Emissions,
     /// Coefficients of the materials.
     pub table: CoefficientTable,
@@ -34,6 +34,6 @@ impl<'a> Reading<'a> {
         weight: &mut PathWeight,
         visit: impl FnMut(&Segment<'_>),
     ) {
-        self.emissions.follow(source, path, unit, (&self.table, weight), visit);
+        self.emissions.follow(source, path, unit, &self.table, weight, visit);
     }
 }

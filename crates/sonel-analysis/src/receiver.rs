@@ -52,7 +52,7 @@ static NO_DIRECTIONS: ParameterValue = Err(Unsupported::NoDirections);
 static NOT_ON_STAGE: ParameterValue = Err(Unsupported::NotOnStage);
 
 impl BandParameters {
-    /// One of them.
+    /// The value of `parameter`.
     pub fn parameter(&self, parameter: Parameter) -> &ParameterValue {
         match self.parameters.iter().find(|(found, _)| *found == parameter) {
             Some((_, estimate)) => estimate,
@@ -89,7 +89,7 @@ pub fn parameters_of(response: &Response, talk: Option<&Talk>) -> Vec<ReceiverPa
     let lateral = response.lateral(0).zip(response.lateral(1));
     let lateral = lateral.map(|(squares, cosines)| [squares, cosines]);
     let listed = listed::Index::new(response);
-    pairs.into_par_iter().map(|pair| at_receiver(response, lateral.as_ref(), &listed, talk, pair)).collect()
+    pairs.into_par_iter().map(|(s, r)| at_receiver(response, lateral.as_ref(), &listed, talk, s, r)).collect()
 }
 
 /// One band, read from the fine bins and from the batches.
@@ -118,11 +118,12 @@ fn at_receiver(
     lateral: Option<&[Response; 2]>,
     listed: &listed::Index,
     talk: Option<&Talk>,
-    (s, r): (usize, usize),
+    s: usize,
+    r: usize,
 ) -> ReceiverParameters {
     let band = |b: usize| Band {
-        all: read(response, listed, (s, r, b)),
-        lateral: lateral.map(|both| both.each_ref().map(|lateral| read(lateral, listed, (s, r, b)))),
+        all: read(response, listed, s, r, b),
+        lateral: lateral.map(|both| both.each_ref().map(|lateral| read(lateral, listed, s, r, b))),
     };
     let bands: Vec<Band> = (0..response.bands()).into_par_iter().map(band).collect();
     let (source_position, position) = (response.source_positions[s], response.receiver_positions[r]);
@@ -146,8 +147,8 @@ fn at_receiver(
     }
 }
 
-fn read(response: &Response, listed: &listed::Index, (s, r, b): (usize, usize, usize)) -> Reading {
-    let arrivals = listed.of(response, (s, r, b));
+fn read(response: &Response, listed: &listed::Index, s: usize, r: usize, b: usize) -> Reading {
+    let arrivals = listed.of(response, s, r, b);
     let scale = LevelScale {
         source_power_level_db: response.source_power_level_db[s * response.bands() + b],
         characteristic_impedance: response.characteristic_impedance,
@@ -161,7 +162,7 @@ fn read(response: &Response, listed: &listed::Index, (s, r, b): (usize, usize, u
     let fine = Values::read(echogram, scale);
     let bounds =
         response.missing(s, r, b).and_then(|missing| Bounds::new(echogram, &fine.curve, missing, scale));
-    Reading { bounds, fine, parts: Parts::read(response, (s, r, b), &arrivals, scale) }
+    Reading { bounds, fine, parts: Parts::read(response, s, r, b, &arrivals, scale) }
 }
 
 /// Parameters of one band; `on_stage` where support is defined.
@@ -225,7 +226,7 @@ fn window_parameter(band: &Reading, window: Window) -> ParameterValue {
     })
 }
 
-/// What `read` finds in the fine bins, with the interval it finds from the batches.
+/// Estimate by `read`: its value from the fine bins, its interval from the batches.
 fn parameter_of(
     readings: &[&Reading],
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,

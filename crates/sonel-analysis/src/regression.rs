@@ -107,7 +107,7 @@ fn enough(
     Err(Unsupported::TooSteep { from_db: range.from_db, to_db: range.to_db, borders })
 }
 
-/// Where the line from `before` to `after` passes `level`.
+/// Time at which the line from `before` to `after` passes `level`.
 fn crossing(before: (f64, f64), after: (f64, f64), level: f64) -> (f64, f64) {
     let fall = before.1 - after.1;
     let part = if fall > 0.0 { (before.1 - level) / fall } else { 1.0 };

@@ -12,7 +12,7 @@ use crate::jackknife;
 use crate::parameter::Parameter;
 use crate::receiver::ReceiverParameters;
 
-/// What tables show is the effect of so much more of a coefficient.
+/// Increase of a coefficient whose effect tables show [1].
 const CHANGE: f64 = 0.1;
 
 /// The derivatives of a parameter by one coefficient of one material.
@@ -24,7 +24,7 @@ pub struct Sensitivity {
     pub receiver: String,
     /// The material.
     pub material: String,
-    /// Which of its coefficients.
+    /// Coefficient of the material.
     pub coefficient: Coefficient,
     /// The parameter.
     pub parameter: Parameter,

@@ -26,15 +26,15 @@ pub struct Sonel<'a> {
     pub emission: u64,
     /// Index of the band that led the packet.
     pub leading_band: u32,
-    /// What happened to the packet before.
+    /// Events of the packet before.
     pub history: SegmentHistory,
-    /// Where it arrived, in the axes of the scene [m].
+    /// Position in the axes of the scene [m].
     pub position: DVec3,
     /// Unit vector in which it travelled when it arrived; zero where two arrivals fall on one point.
     pub direction: Vec3,
     /// Path length since emission [m].
     pub path_length: f64,
-    /// Where and on which side it arrived, and what it did there.
+    /// Surface, side and event of the arrival.
     pub arrival: Arrival,
     energy: &'a [Lanes],
 }
@@ -72,7 +72,7 @@ impl<'a> Sonels<'a> {
         self.reading.map
     }
 
-    /// How many there are.
+    /// Number of sonels.
     #[must_use]
     pub fn count(&self) -> u64 {
         let sonels = |path: PathView<'_>| {

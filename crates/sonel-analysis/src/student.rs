@@ -7,6 +7,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+/// Probability that a 95 % interval misses the true value.
+pub const MISSED: f64 = 0.05;
+/// Half of a 95 % interval of a normal distribution [standard deviations].
+pub const NORMAL_95: f64 = 1.959_964;
 /// Halvings of the angle: to the last bits of a double.
 const BISECTIONS: usize = 80;
 

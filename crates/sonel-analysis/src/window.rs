@@ -11,7 +11,7 @@ use crate::estimate::Unsupported;
 /// A stretch of time after the direct sound.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window {
-    /// Its key in outputs.
+    /// Key in outputs.
     pub key: &'static str,
     /// Begin [s].
     pub begin: f64,

@@ -21,13 +21,13 @@ use crate::local::{Datum, Local, Unknown};
 use crate::sensitivity::{Varied, VariedMap};
 use sonel_study::pipeline::{self, MapStore, NoClock, PipelineError};
 
-/// Renderings at the most.
+/// Most renderings. Chosen, not measured; doubled, fits that do not converge take twice as long.
 const MOST_ROUNDS: u32 = 10;
 /// A step is rejected if χ² grows by more than this share and 1: its weights are estimates, anew in each rendering.
 const GROWTH: f64 = 1.1;
 /// Longest step of y: a coefficient changes to its odds times or divided by seven at once.
 const LONGEST_STEP: f64 = 2.0;
-/// Coefficients at the ends of their range are believed to be this far from them.
+/// Distance of a coefficient from the ends of its range [1], half a unit of the two digits of tables.
 const FROM_THE_END: f64 = 0.005;
 
 /// A measured value.
@@ -47,7 +47,7 @@ pub struct Measurement {
     pub sigma: f64,
 }
 
-/// What is fitted, and how.
+/// Unknowns and settings of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitSettings {
     /// Absorption, or also scattering.
@@ -56,7 +56,7 @@ pub struct FitSettings {
     pub prior_sigma: f64,
 }
 
-/// What happens meanwhile.
+/// Progress of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Stage {
     /// A rendering, by number, and its share that is done.
@@ -70,7 +70,7 @@ pub enum Stage {
 pub struct Fitted {
     /// Index of the material.
     pub material: usize,
-    /// Which of its coefficients.
+    /// Coefficient of the material.
     pub coefficient: Coefficient,
     /// Index of the band.
     pub band: usize,
@@ -80,7 +80,7 @@ pub struct Fitted {
     pub value: f64,
     /// 95 %: noise of the measurement and of the map, and what the map's coefficient was believed to be.
     pub interval: [f64; 2],
-    /// What the measurement says of it.
+    /// Identifiability.
     pub identifiability: Identifiability,
 }
 
@@ -97,12 +97,12 @@ pub struct Deviation {
     pub sigma: f64,
 }
 
-/// What was found.
+/// Result of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// All materials, with the fitted coefficients.
     pub materials: Vec<Material>,
-    /// Which coefficients were asked for.
+    /// Coefficients requested.
     pub asked: Vec<Coefficient>,
     /// Material by material, then band by band; without those that packets cannot tell.
     pub coefficients: Vec<Fitted>,
@@ -224,7 +224,7 @@ pub fn fit(
         let is_settled = look.is_settled(&solved);
         let first = first.get_or_insert_with(|| look.clone());
         if is_settled || round == MOST_ROUNDS {
-            return search.summary(first, &look, &solved, (round, is_settled));
+            return search.summary(first, &look, &solved, round, is_settled);
         }
         let next = match &best {
             // Too long a step: half of it.
@@ -268,14 +268,14 @@ struct Band {
     materials: Vec<usize>,
 }
 
-/// What edges add to a computed value, from all batches and without each of them.
+/// Addition of edges to a computed value, from all batches and without each of them.
 #[derive(Debug, Clone, Default)]
 struct Shift {
     value: f64,
     without: Vec<f64>,
 }
 
-/// What one rendering says.
+/// Values of one rendering.
 #[derive(Debug, Clone)]
 struct Look {
     bands: Vec<Band>,
@@ -296,7 +296,7 @@ impl Search<'_> {
         measurement.source * self.receivers + measurement.receiver
     }
 
-    /// What edges add to the computed value of each measurement.
+    /// Addition of edges to the computed value of each measurement.
     fn shifts(&self, varied: &Varied, with_edges: Option<&[ReceiverParameters]>) -> Vec<Shift> {
         let shift = |measurement: &Measurement| {
             let place = self.place(measurement);
@@ -385,7 +385,8 @@ impl Search<'_> {
         first: &Look,
         last: &Look,
         solved: &[Vec<f64>],
-        (rounds, is_settled): (u32, bool),
+        rounds: u32,
+        is_settled: bool,
     ) -> Result<Fit, FitError> {
         let mut coefficients = Vec::new();
         let mut computed: Vec<(Option<f64>, f64)> = vec![(None, 0.0); self.measurements.len()];

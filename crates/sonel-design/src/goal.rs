@@ -14,13 +14,13 @@ pub struct Goal {
     pub parameter: Parameter,
     /// Value in its unit.
     pub value: f64,
-    /// How far from it is near enough, in the same unit.
+    /// Tolerance, in the same unit.
     pub tolerance: f64,
     /// Nominal centres of the bands [Hz]; all where there are none.
     pub centers_hz: Vec<f64>,
 }
 
-/// What cannot be read.
+/// Error of a goal's text.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum GoalError {
     /// Not a goal at all.

@@ -9,11 +9,11 @@ use nalgebra::{DMatrix, DVector, Dyn, Owned};
 use sonel_acoustics::Coefficient;
 use sonel_analysis::Parameter;
 
-/// Reverberation times are continued to so many times their value at the most.
+/// Largest ratio of a continued reverberation time to its value [1]. Chosen, not measured; it keeps times finite where absorption vanishes.
 const LONGEST: f64 = 20.0;
 /// |y| beyond which a coefficient is at its bound to 1e-5.
 const STEEPEST: f64 = 12.0;
-/// |y| beyond which a search that begins there would hardly move.
+/// |y| at which a search begins at most: the derivative of the coefficient is 0.007 there, beyond it the search would hardly move.
 const FLATTEST: f64 = 5.0;
 /// Absorption is read as this at the most: nothing is left to multiply beyond.
 const BLACKEST: f64 = 1.0 - 1e-6;
@@ -22,7 +22,7 @@ const BLACKEST: f64 = 1.0 - 1e-6;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Unknown {
     pub coefficient: Coefficient,
-    /// Where values and derivatives are known.
+    /// Point at which values and derivatives are known.
     pub at: f64,
     /// Lowest and highest value.
     pub bounds: [f64; 2],

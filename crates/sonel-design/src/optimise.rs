@@ -18,20 +18,21 @@ use crate::local::{Datum, Local, Unknown};
 use crate::sensitivity::{Varied, VariedMap};
 use sonel_study::pipeline::{self, MapStore, NoClock, PipelineError};
 
-/// Combinations at the most.
+/// Most combinations, of which each is predicted; four digits of alternatives fit. Chosen, not measured; doubled, twice the time and memory.
 pub const MOST_COMBINATIONS: usize = 20_000;
-/// Renderings of combinations at the most.
+/// Most renderings of combinations. Chosen, not measured; doubled, searches without a solution take twice as long.
 const MOST_RENDERED: u32 = 24;
-/// Predictions are believed to so many tolerances and this part of the predicted change: a combination farther off is not rendered.
+/// Error of a prediction, in tolerances [1] and as a share of the predicted change [1]: a combination farther off is not rendered. Chosen, not
+/// measured; doubled, more are rendered in vain.
 const BELIEVED: [f64; 2] = [2.0, 0.5];
-/// Renderings of one combination whose absorption is free, each with what the last prediction was off by.
+/// Most renderings of one combination with free absorption, each corrected by the last prediction's error. Chosen, not measured.
 const REFINEMENTS: u32 = 3;
-/// Free absorption is sought to this part of the tolerance, and departs from the map's as little as that allows.
+/// Share of the tolerance [1] to which free absorption is sought; it departs from the map's as little as that allows. Chosen, not measured.
 const AIM: f64 = 0.25;
 /// Standard deviation of free absorption in the logarithm of its place between the bounds: hardly held.
 const FREE: f64 = 5.0;
 
-/// What may become of a material.
+/// Alternative for a material.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Choice {
     /// This instead, by a name for people.
@@ -43,7 +44,7 @@ pub enum Choice {
 /// A material that may change.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
-    /// Its index.
+    /// Index.
     pub material: usize,
     /// What of it.
     pub choices: Vec<Choice>,
@@ -66,7 +67,7 @@ pub struct Outcome {
     pub verified: ParameterValue,
 }
 
-/// What is proposed.
+/// Proposal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Proposal {
     /// Candidates and their choices, by index.

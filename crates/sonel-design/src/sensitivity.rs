@@ -47,9 +47,9 @@ pub struct VariedMap<'a> {
     pub map: &'a mut SonelMap,
     /// The walls of its scene.
     pub geometry: &'a Geometry,
-    /// Where.
+    /// Receivers.
     pub receivers: &'a [ReceiverPoint],
-    /// How.
+    /// Settings of the renderings.
     pub render: RenderSettings,
 }
 

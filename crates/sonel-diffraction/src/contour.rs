@@ -30,7 +30,7 @@ pub(crate) const TEN: &Rule = &[
 
 /// Panels at most: the smallest scale is then 2^-38 of the longest.
 const PANELS: i32 = 38;
-/// The first panel ends below the smallest scale by this factor.
+/// End of the first panel over the smallest scale [1]: six points resolve half a scale. Chosen; doubled, a panel less and a larger error.
 const FIRST_PANEL: f64 = 0.5;
 
 /// Nodes and weights (t, w) for wave numbers of at least `smallest_k` [1/m], where g varies on no scale smaller than

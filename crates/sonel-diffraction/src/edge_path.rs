@@ -28,7 +28,7 @@ use crate::wedge::{Wedge, WedgePoint, apex, index, rapidity};
 const NEAREST: f64 = 1e-9;
 /// Shortest path that the above refers to [m]: between two points on the edge the field stays finite.
 const SHORTEST: f64 = 1e-3;
-/// Nearest that a path comes to the boundary of a wave [rad]: the wave's half is complete there.
+/// Least angle between a path and the boundary of a wave [rad]: nearer, half of the wave is there. Errors of 1e-9 in its amplitude follow.
 const BOUNDARY: f64 = 1e-9;
 
 /// Whether the waves that an edge may cut off reach the receiver, as far as the caller knows; the angles decide the rest.
@@ -41,7 +41,7 @@ pub struct Visibility {
     pub direct: Option<bool>,
     /// The mirror images in the first and in the second face.
     pub faces: [Option<bool>; 2],
-    /// Angle from the boundary [rad] within which the above is believed rather than the position.
+    /// Angle from the boundary [rad] within which the above counts rather than the position.
     pub within: f64,
 }
 
@@ -114,16 +114,15 @@ impl EdgePath {
         let path = Unfolded::new(wedge.angle(), source, receiver, visible);
         let [low, high] = part.map(|z| rapidity(path.source, path.receiver, z));
         let mut pieces = Vec::with_capacity(3);
-        let nodes = (rule, smallest_k);
         if low < 0.0 && high > 0.0 {
-            pieces.push(path.piece(0.0, path.shortest, 2.0, nodes));
-            pieces.push(path.piece(-low, path.length(part[0]), -1.0, nodes));
-            pieces.push(path.piece(high, path.length(part[1]), -1.0, nodes));
+            pieces.push(path.piece(0.0, path.shortest, 2.0, rule, smallest_k));
+            pieces.push(path.piece(-low, path.length(part[0]), -1.0, rule, smallest_k));
+            pieces.push(path.piece(high, path.length(part[1]), -1.0, rule, smallest_k));
         } else {
             let (near, far) = if low.abs() < high.abs() { (0, 1) } else { (1, 0) };
             let at = [low.abs(), high.abs()];
-            pieces.push(path.piece(at[near], path.length(part[near]), 1.0, nodes));
-            pieces.push(path.piece(at[far], path.length(part[far]), -1.0, nodes));
+            pieces.push(path.piece(at[near], path.length(part[near]), 1.0, rule, smallest_k));
+            pieces.push(path.piece(at[far], path.length(part[far]), -1.0, rule, smallest_k));
         }
         Self { detour: path.length(way.clamp(part[0], part[1])), pieces }
     }
@@ -137,8 +136,7 @@ impl EdgePath {
         smallest_k: f64,
     ) -> Self {
         let path = Unfolded::new(angle, source, receiver, visible);
-        let nodes = (rule, smallest_k);
-        Self { detour: path.shortest, pieces: vec![path.piece(0.0, path.shortest, 2.0, nodes)] }
+        Self { detour: path.shortest, pieces: vec![path.piece(0.0, path.shortest, 2.0, rule, smallest_k)] }
     }
 
     /// Length of the shortest way over the edge [m].
@@ -224,7 +222,7 @@ impl Unfolded {
     }
 
     /// `share` times the stretch from η = `from` outwards, where the way has `length` [m].
-    fn piece(&self, from: f64, length: f64, share: f64, (rule, smallest_k): (&Rule, f64)) -> Piece {
+    fn piece(&self, from: f64, length: f64, share: f64, rule: &Rule, smallest_k: f64) -> Piece {
         let product = self.source.radius * self.receiver.radius;
         let half_from = libm::sinh(0.5 * from);
         // (cosh η − 1)/2 where the stretch begins.

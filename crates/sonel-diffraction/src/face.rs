@@ -36,7 +36,8 @@ mod overlap;
 mod way;
 mod weight;
 
-/// P keeps this share of the length of its edge, and of the way, from the ends of the edge: what a corner sends comes from about it.
+/// Least distance of P from the ends of its edge, as a share of the edge's length and of the path's [1]: the contribution of a corner comes
+/// from about it. Chosen, not measured.
 const OFF_THE_ENDS: f64 = 0.25;
 
 /// An edge of a face of a solid, or of a sheet, whose sides count as one face.

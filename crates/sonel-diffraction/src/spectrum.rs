@@ -223,7 +223,7 @@ impl Parts {
     }
 }
 
-/// Angle [rad] below which sin x / x is taken from its series.
+/// Angle [rad] below which sin x / x is taken from its series to x²; x⁴/120 is then below 1e-14.
 const SMALL: f64 = 1e-3;
 
 /// sin x / x, where sin x is known; rounding of a small sine is avoided.

@@ -3,10 +3,10 @@
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// Angles [rad] within which a point counts as on a face rather than behind it.
+/// Angle [rad] within which a point behind a face counts as on it: a micrometre at 10 m.
 const ON_FACE: f64 = 1e-7;
 
-/// Sine of the angle [1] within which edges are parallel, and how far beside one another they lie at least [m].
+/// Sine of the angle up to which edges are parallel [1], and least distance of two [m]: a micrometre in a metre.
 const PARALLEL: f64 = 1e-6;
 
 /// A rigid wedge with a finite edge. The air about it spans an angle above 0 and up to 2π.

@@ -19,10 +19,10 @@ const LARGE_ENTRY: usize = u32::MAX as usize / 2;
 /// The array that holds the digest of all others.
 const DIGEST: &str = "digest";
 
-/// Numbers that are gathered before they reach the archive [bytes].
+/// Size of the buffer before the archive [bytes]. Speed alone depends on it.
 const BUFFER: usize = 1 << 16;
 
-/// What an array holds; read by [`ArchiveReader::array`].
+/// Values of an array; read by [`ArchiveReader::array`].
 pub trait Element: Sized {
     /// Whether numpy calls the type so.
     fn is(type_string: &str) -> bool;
@@ -305,9 +305,10 @@ impl<W: Write + Seek> Seek for UntilFailure<W> {
     }
 }
 
-/// An array takes at most this many times the bytes of its compressed archive, or [`SMALL_ARRAY`].
+/// Largest ratio of an array to its compressed archive [1], above [`SMALL_ARRAY`]: it bounds the memory that a hostile file claims. Chosen;
+/// echograms that decay compress less.
 const MOST_EXPANSION: u64 = 100;
-/// The size up to which an array may be compressed by whatever factor [bytes].
+/// Size up to which an array may be compressed by whatever factor [bytes]: 64 MB, which any machine has.
 const SMALL_ARRAY: u64 = 1 << 26;
 
 /// An archive being read.

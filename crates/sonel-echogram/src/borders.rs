@@ -4,13 +4,13 @@
 //! the regressions of ISO 3382-1. All source–receiver pairs of a duration get the same number of borders, as an array
 //! needs; where the direct sound comes late the last ones repeat and their bins are empty.
 
-/// Step while early energy is told from late [s].
+/// Step while early energy is separated from late [s]: ten to the 50 ms of C50.
 const EARLY_STEP: f64 = 0.005;
 /// Number of early steps: up to 100 ms.
 const EARLY_STEPS: usize = 20;
-/// Step of the late part [s], unless the duration asks for a longer one.
+/// Least step of the late part [s]: decays are straight over it. Chosen, not measured.
 const LATE_STEP: f64 = 0.010;
-/// Late steps at the most.
+/// Most late steps: two seconds of the least. It bounds memory; longer runs have longer steps.
 const LATE_STEPS: f64 = 200.0;
 
 /// Borders for a receiver that the direct sound reaches at `direct_time` [s] in a response of `duration` [s]: 0, the direct

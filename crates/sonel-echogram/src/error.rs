@@ -18,9 +18,9 @@ pub enum ResponseError {
     /// An array is not what the interface says.
     #[error("array \"{key}\" of the response {problem}; render it again with sonel-render")]
     Array {
-        /// Its key.
+        /// Key.
         key: String,
-        /// What is wrong, as a predicate.
+        /// The fault, as a predicate.
         problem: String,
     },
     /// Arrays contradict each other or hold impossible values.

@@ -12,7 +12,7 @@ use std::io::{self, Write};
 const PREAMBLE: usize = 10;
 /// Headers end on multiples of this, so that values are aligned [bytes].
 const LINE: usize = 64;
-/// Longest header believed; numpy's for plain arrays have 128 bytes [bytes].
+/// Longest header accepted [bytes]; numpy's for plain arrays have 128.
 const LONGEST: usize = 4096;
 /// Deepest nesting of a plain array's header: the tuple of its shape within the dictionary.
 const DEEPEST: usize = 2;
@@ -31,7 +31,7 @@ pub struct PlainArray<'a> {
 /// Reads the header of `array`.
 ///
 /// # Errors
-/// What is wrong, as a predicate.
+/// The fault, as a predicate.
 pub fn read(array: &[u8]) -> Result<PlainArray<'_>, String> {
     let (header, payload) = split(array)?;
     let brackets = header.chars().filter(|c| "([{".contains(*c)).count();
@@ -108,7 +108,7 @@ fn split(array: &[u8]) -> Result<(&str, &[u8]), String> {
     Ok((header, payload))
 }
 
-/// What follows `key` and its colon.
+/// Text after `key` and its colon.
 fn value_of<'a>(header: &'a str, key: &str) -> Result<&'a str, String> {
     let value = header.split_once(key).and_then(|(_, rest)| rest.trim_start().strip_prefix(':'));
     value.map(str::trim_start).ok_or_else(|| format!("has a header without {key}"))

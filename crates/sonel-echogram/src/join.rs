@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::{Arrivals, Batches, Directions, Lateral, ReceiverDirectivity, Response};
 
-/// Where the metadata say which part of the receivers a response holds.
+/// Key of the metadata with the part of the receivers that a response holds.
 const SHARD: &str = "shard";
 /// Lists in every entry of the metadata's `sources` with an entry per receiver, and in every entry of its `classes`.
 const OF_SOURCE: [&str; 3] = ["image_order", "sphere_radius_m", "edges"];
@@ -32,9 +32,9 @@ pub enum JoinError {
         reference: String,
         /// In what they differ.
         what: String,
-        /// What the first one says.
+        /// Value in the first one.
         here: String,
-        /// What the other one says.
+        /// Value in the other one.
         there: String,
     },
     /// Two responses are the same part.
@@ -73,9 +73,8 @@ pub fn join(parts: Vec<(String, Response)>) -> Result<Response, Vec<JoinError>> 
     }
     if let Some((_, _, reference, first)) = numbered.first() {
         let others = &numbered[1..];
-        problems.extend(
-            others.iter().flat_map(|(_, _, name, part)| differences((reference, first), (name, part))),
-        );
+        problems
+            .extend(others.iter().flat_map(|(_, _, name, part)| differences(reference, first, name, part)));
     }
     numbered.sort_by_key(|(index, ..)| *index);
     let twice = numbered.windows(2).filter(|pair| pair[0].0 == pair[1].0);
@@ -91,7 +90,7 @@ pub fn join(parts: Vec<(String, Response)>) -> Result<Response, Vec<JoinError>> 
 }
 
 /// In what two parts differ besides their receivers.
-fn differences((reference, a): (&String, &Response), (name, b): (&String, &Response)) -> Vec<JoinError> {
+fn differences(reference: &str, a: &Response, name: &str, b: &Response) -> Vec<JoinError> {
     let (here, there) = (shared(a), shared(b));
     let keys = here.keys().chain(there.keys().filter(|key| !here.contains_key(*key)));
     let said = |facts: &serde_json::Map<String, Value>, key: &str| {
@@ -99,8 +98,8 @@ fn differences((reference, a): (&String, &Response), (name, b): (&String, &Respo
     };
     keys.filter(|key| here.get(*key) != there.get(*key))
         .map(|key| JoinError::Differs {
-            name: name.clone(),
-            reference: reference.clone(),
+            name: name.to_owned(),
+            reference: reference.to_owned(),
             what: key.clone(),
             here: said(&here, key),
             there: said(&there, key),
@@ -108,7 +107,7 @@ fn differences((reference, a): (&String, &Response), (name, b): (&String, &Respo
         .collect()
 }
 
-/// What a part says that does not belong to its receivers.
+/// Metadata of a part that do not belong to its receivers.
 fn shared(part: &Response) -> serde_json::Map<String, Value> {
     let mut facts = part.metadata.as_object().cloned().unwrap_or_default();
     let of = part.part().map_or(0, |(_, count)| count);

@@ -16,13 +16,13 @@ pub struct Response {
     pub time_edges_s: Vec<f64>,
     /// Names of the receivers.
     pub receiver_names: Vec<String>,
-    /// Their positions in the scene's axes [m].
+    /// Positions in the scene's axes [m].
     pub receiver_positions: Vec<[f64; 3]>,
-    /// Their directivities; empty where all are omnidirectional.
+    /// Directivities; empty where all are omnidirectional.
     pub receiver_directivities: Vec<ReceiverDirectivity>,
     /// Names of the sources.
     pub source_names: Vec<String>,
-    /// Their positions [m].
+    /// Positions [m].
     pub source_positions: Vec<[f64; 3]>,
     /// Power level of every source and band, [S, B] [dB re 1 pW].
     pub source_power_level_db: Vec<f64>,
@@ -36,7 +36,7 @@ pub struct Response {
     pub energy: Vec<f64>,
     /// Batch estimates; none where the file holds none.
     pub batches: Option<Batches>,
-    /// What follows the last bin; none where the file says nothing of it.
+    /// Energy after the last bin; none where the file has none.
     pub missing: Option<Missing>,
     /// Discrete arrivals.
     pub arrivals: Arrivals,
@@ -46,7 +46,7 @@ pub struct Response {
     pub metadata: Value,
 }
 
-/// How sensitive a receiver is to sound from different directions.
+/// Sensitivity of a receiver to sound from different directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReceiverDirectivity {
     /// Name of the pattern.
@@ -90,7 +90,7 @@ pub struct Missing {
     pub decay_rate: Vec<f64>,
 }
 
-/// What a discrete arrival is.
+/// Kind of a discrete arrival.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum ArrivalKind {

@@ -4,25 +4,25 @@ use crate::Mesh;
 use crate::topology::SharedEdge;
 use glam::DVec3;
 
-/// Directions that differ by less than 10° count as one: its cosine.
+/// Cosine of 10°, within which directions count as one. Chosen, not measured; doubled, the ends of a wedge-shaped gap are closed too.
 pub(crate) const ALIKE: f64 = 0.984_807_753_012_208;
 
 /// An edge as the side of one of its faces, the only one where it is open.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct OpenEdge {
-    /// Its place among the edges of the mesh.
+    /// Index among the edges of the mesh.
     pub index: usize,
-    /// Its two vertices, the lower index first.
+    /// Vertices, the lower index first.
     pub ends: [u32; 2],
-    /// Positions of its vertices [m].
+    /// Positions of the vertices [m].
     pub points: [DVec3; 2],
     /// The face.
     pub face: u32,
-    /// Unit vector from its first end to its second.
+    /// Unit vector from the first end to the second.
     pub along: DVec3,
-    /// Unit vector into its face, at right angles to the edge.
+    /// Unit vector into the face, at right angles to the edge.
     pub inward: DVec3,
-    /// Height of its face over it [m].
+    /// Height of the face over the edge [m].
     pub height: f64,
 }
 
@@ -61,7 +61,7 @@ impl OpenEdge {
         self.points[0] + along * self.along
     }
 
-    /// Where a point projects on the edge's line, as the distance from the first end [m].
+    /// Distance from the first end to the projection of a point on the edge's line [m].
     pub(crate) fn project(&self, point: DVec3) -> f64 {
         (point - self.points[0]).dot(self.along)
     }

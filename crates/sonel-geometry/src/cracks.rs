@@ -16,16 +16,19 @@ use crate::topology::{Connected, SharedEdge};
 use foldhash::{HashMap, HashSet};
 use glam::DVec3;
 
-/// Gaps up to this width [m] are cracks, in scenes of `SIZES_PER_CRACK` times that and more.
+/// Width up to which gaps are cracks [m], in scenes of `SIZES_PER_CRACK` times that and more: half a wavelength at 8.5 kHz.
 pub const WIDEST_CRACK: f64 = 0.02;
-/// The longest side of the box around a scene over the width of the widest crack, at least.
+/// Least ratio of the longest side of a scene's bounding box to the width of a crack [1]. Chosen, not measured: rooms of 10 m and more have
+/// [`WIDEST_CRACK`]; doubled, rooms of 20 m.
 const SIZES_PER_CRACK: f64 = 500.0;
 
-/// An edge has partners along all of it if what is left is shorter than this part of it and of the widest crack.
+/// Largest length of an edge without a partner, as a share of its length and of the widest crack [1]. Chosen, not measured; at 1 an edge
+/// shorter than the crack needs no partner.
 const ALLOWED_BARE: f64 = 0.5;
-/// A way from edge to edge leads over a face where it turns towards it by more than this share of its length: 10°.
+/// Sine of the angle by which the line from edge to edge leans over a face: 10°, as in [`ALIKE`].
 const SLANT: f64 = 0.174;
-/// A face that is this many times as high as the edges are apart is no part of a strip between them.
+/// Height of a face over the distance of the edges from which on it is no strip between them [1]: an equilateral triangle on the gap has
+/// 0.87. Chosen, not measured; doubled, small faces beside a gap count as strips, whose gap is no crack.
 const HEIGHTS_PER_WIDTH: f64 = 2.0;
 
 /// A gap between open edges of the mesh that run beside one another.
@@ -42,13 +45,13 @@ pub struct Crack {
 /// Two open edges that face one another along a part of both.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Facing {
-    /// Their places among the edges of the mesh.
+    /// Indices of the rims among the edges of the mesh.
     pub rims: [usize; 2],
-    /// Their faces.
+    /// Faces of the rims.
     pub faces: [u32; 2],
     /// Whether the second rim's ends are in the order of the first one's.
     pub is_parallel: bool,
-    /// What is between.
+    /// The gap between the rims.
     pub crack: Crack,
 }
 
@@ -147,7 +150,7 @@ fn neighbours(open: &[OpenEdge], widest: f64, tolerance: f64) -> Vec<Vec<Span>> 
     spans
 }
 
-/// Where an edge faces another one [m], and how far apart they are there [m].
+/// The stretch of an edge that faces another one [m], and the distances of the two at its ends [m].
 fn span(edge: &OpenEdge, other: &OpenEdge, widest: f64) -> Option<([f64; 2], [f64; 2])> {
     let are_alike = edge.along.dot(other.along).abs() > ALIKE;
     if !are_alike || edge.inward.dot(other.inward) > ALIKE {
@@ -246,7 +249,7 @@ fn is_hole(open: &[OpenEdge], chain: &[usize]) -> bool {
     chain.iter().map(outward).sum::<f64>() > 0.0
 }
 
-/// What some parts of an edge leave of its length [m].
+/// Length of an edge that some parts of it do not cover [m].
 fn bare(length: f64, mut covered: Vec<[f64; 2]>) -> f64 {
     covered.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let mut reached = 0.0;

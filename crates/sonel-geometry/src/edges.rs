@@ -13,7 +13,7 @@ use glam::DVec3;
 use smallvec::SmallVec;
 use std::f64::consts::{PI, TAU};
 
-/// What kind of edge it is, judged on the front side of its surfaces.
+/// Kind of an edge, seen from the front side of its surfaces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum EdgeShape {
     /// The rim of one surface, with air all around.
@@ -31,9 +31,9 @@ pub enum EdgeShape {
 /// A maximal straight edge between the same surfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Edge {
-    /// Its two ends, in world coordinates [m].
+    /// Ends in world coordinates [m].
     pub ends: [DVec3; 2],
-    /// Its kind.
+    /// Kind.
     pub shape: EdgeShape,
     /// The surfaces that meet here, in ascending order.
     pub surfaces: Vec<SurfaceId>,
@@ -63,7 +63,7 @@ struct Segment {
     sectors: Vec<AirSector>,
 }
 
-/// What edges are found in.
+/// Input of the search for edges.
 pub(crate) struct Survey<'a> {
     pub mesh: &'a Mesh,
     pub shared: &'a [SharedEdge],
@@ -71,7 +71,7 @@ pub(crate) struct Survey<'a> {
     pub of_triangle: &'a [SurfaceId],
     /// Distance [m] within which points are on one line.
     pub tolerance: f64,
-    /// Which sides face air.
+    /// Cells, which tell the sides that face air.
     pub cells: &'a Cells,
     /// Whether each face coincides with an earlier one.
     pub is_second: &'a [bool],
@@ -108,7 +108,7 @@ impl Survey<'_> {
         surfaces.dedup();
         let sectors = match shape {
             EdgeShape::Seam => Vec::new(),
-            _ => diffracting(self.mesh, (edge, &faces), self.surfaces, self.cells, of),
+            _ => diffracting(self.mesh, edge, &faces, self.surfaces, self.cells, of),
         };
         let mut faces: Vec<(PlaneId, SurfaceId, DVec3)> = faces
             .iter()

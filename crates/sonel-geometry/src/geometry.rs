@@ -33,7 +33,8 @@ pub use passage::Passage;
 pub use regions::Regions;
 pub use sight::{Crossed, End, Leg, MOST_ROUNDS, Sight};
 
-/// A hit at the rim of a triangle is aimed anew at most so often; each time it is on a surface nearer to the origin.
+/// Most times that a hit at the rim of a triangle is aimed anew, each time at a surface nearer to the origin. Chosen, not measured: as many
+/// faces as meet in a usual corner.
 const AIMS: usize = 8;
 
 /// A mesh made ready for rays: welded, oriented, its planar surfaces found, indexed.
@@ -257,8 +258,8 @@ impl Geometry {
         Departure { origin: (position + height * outward).as_vec3(), plane: Some(plane) }
     }
 
-    /// Where other surfaces stand on each side of one, front and back: the segments in which they cut its plane lifted to
-    /// that side by what rays leave it by, in local coordinates [m]. Walls at its border stand on it too.
+    /// Footprints of other surfaces on the front and back of one: the segments in which they cut its plane lifted to that side by
+    /// [`Geometry::lift`], in local coordinates [m]. Walls at its border stand on it too.
     pub fn footprints(&self, surface: SurfaceId) -> [Vec<[DVec3; 2]>; 2] {
         let stood_on = self.surface(surface);
         let corners = |triangle: u32| {
@@ -309,15 +310,15 @@ impl Geometry {
         let rim = self.rims[triangle as usize];
         let is_off_rim = (0..3).all(|corner| weights[corner] > 2.0 * rim[corner]);
         Some(if is_off_rim {
-            self.hit(from, direction, (point, triangle))
+            self.hit(from, direction, point, triangle)
         } else {
-            self.settle(from, direction, (point, triangle))
+            self.settle(from, direction, point, triangle)
         })
     }
 
     /// Makes a hit of the point and triangle that a ray along `direction` met first. A point at the rim of its triangle is moved off it; where
     /// faces meet there, one that is in the way to the new place is met instead, so that no ray gets behind a face.
-    fn settle(&self, from: Departure, mut direction: Vec3, (mut point, mut triangle): (DVec3, u32)) -> Hit {
+    fn settle(&self, from: Departure, mut direction: Vec3, mut point: DVec3, mut triangle: u32) -> Hit {
         for _ in 0..AIMS {
             let Some(kept) = keep_inside(self.local_corners(triangle), point, self.rims[triangle as usize])
             else {
@@ -333,12 +334,12 @@ impl Geometry {
             let Some(met) = self.index.nearest(&aim).filter(|met| met.distance < 1.0) else { break };
             (point, triangle, direction) = (aim.at(met.distance), met.triangle, towards);
         }
-        self.hit(from, direction, (point, triangle))
+        self.hit(from, direction, point, triangle)
     }
 
     /// The hit of a ray along `direction` at a point of a triangle.
     #[inline]
-    fn hit(&self, from: Departure, direction: Vec3, (point, triangle): (DVec3, u32)) -> Hit {
+    fn hit(&self, from: Departure, direction: Vec3, point: DVec3, triangle: u32) -> Hit {
         let surface = self.of_triangle[triangle as usize];
         let from_front = direction.as_dvec3().dot(self.surface(surface).normal) < 0.0;
         let side = if from_front { Side::Front } else { Side::Back };
@@ -414,7 +415,7 @@ impl Geometry {
         &self.cracks
     }
 
-    /// Where faces crossed one another as they were drawn, in the order of the mesh.
+    /// Crossings of faces as drawn, in the order of the mesh.
     pub fn crossings(&self) -> &[Crossing] {
         &self.crossings
     }

@@ -16,7 +16,7 @@ use smallvec::SmallVec;
 /// Faces in one place, in the order in which they were drawn.
 pub(crate) type Stack = SmallVec<[u32; 2]>;
 
-/// What remains of faces that coincide.
+/// Remains of faces that coincide.
 #[derive(Default)]
 pub(crate) struct Layers {
     /// Pairs of faces that coincide, the first one drawn first.
@@ -38,7 +38,7 @@ struct Patches<'a> {
     cells: &'a Cells,
 }
 
-/// What the rim of a patch says.
+/// Evidence at the rim of a patch.
 #[derive(Clone, Default)]
 struct Rim {
     layers: usize,

@@ -66,4 +66,5 @@ pub use section::section;
 pub use sectors::AirSector;
 pub use shoebox::Shoebox;
 pub use surfaces::{PlaneId, Side, Surface, SurfaceId};
+pub use topology::Connected;
 pub use weld::Welded;

@@ -11,7 +11,7 @@ use crate::topology::{Connected, SharedEdge};
 use foldhash::HashMap;
 use glam::DVec3;
 
-/// What orientation found.
+/// Result of the orientation.
 pub(crate) struct Oriented {
     pub cells: Cells,
     /// Edges at which the component of the largest extents is open, as indices of vertices; none in a room or where all are rims of cracks.

@@ -12,7 +12,8 @@ use glam::DVec3;
 use smallvec::SmallVec;
 use std::collections::BTreeMap;
 
-/// Share of a triangle below which an overlap is rounding at its sides.
+/// Largest share of the smaller triangle [1] that an overlap from rounded corners has. Chosen, not measured; doubled, strips of up to 0.2 %
+/// are not reported.
 const LEAST_SHARE: f64 = 1e-3;
 
 /// Two surfaces that overlap; both are one where a part of a surface was drawn twice.

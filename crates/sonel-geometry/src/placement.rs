@@ -14,9 +14,10 @@ use crate::cells::OUTSIDE;
 /// Clearance in lifts. Rays leave a surface one lift above it, so that nearer than that a point is behind the start of
 /// rays from the wall. The second lift keeps image-source paths along the wall, which start one lift above it too.
 const LIFTS_PER_CLEARANCE: f64 = 2.0;
-/// How far from every surface a place is proposed [m]: where a person would put a microphone if there is room, else next to the surface.
+/// Distances from every surface at which places are proposed [m]: that of a microphone beside a wall if there is room, else a millimetre.
+/// The first is chosen, not measured.
 const PROPOSED_DISTANCES: [f64; 2] = [0.1, 1e-3];
-/// Proposed coordinates are rounded to one over this [m].
+/// Steps of proposed coordinates in a metre: 0.1 mm, a tenth of the smallest of [`PROPOSED_DISTANCES`].
 const PROPOSED_PER_METRE: f64 = 1e4;
 /// A corner has this many walls to be moved away from, one after the other.
 const PUSHES: u32 = 3;
@@ -25,13 +26,13 @@ const PUSHES: u32 = 3;
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("{obstacle}{}", proposal(.free))]
 pub struct Misplaced {
-    /// What is in the way.
+    /// The obstacle.
     pub obstacle: Obstacle,
     /// The nearest free position that was found [m].
     pub free: Option<DVec3>,
 }
 
-/// What is in the way of a source or receiver; `distance` is that to the nearest surface [m].
+/// Obstacle to a source or receiver; `distance` is that to the nearest surface [m].
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum Obstacle {
     /// A surface that is too near.
@@ -39,7 +40,7 @@ pub enum Obstacle {
     Surface {
         /// [m].
         distance: f64,
-        /// What is needed [m].
+        /// Smallest distance allowed [m].
         clearance: f64,
     },
     /// A closed object.
@@ -74,7 +75,7 @@ impl fmt::Display for Length {
     }
 }
 
-/// How to draw a room beside others.
+/// Advice on how to draw a room beside others.
 fn beside(is_open: bool) -> &'static str {
     if is_open {
         " (a room beside others needs a wall that transmits, parallel to one of a neighbour and at most 1 m away)"
@@ -96,19 +97,18 @@ impl Geometry {
     /// Checks that a source or receiver can stand at a world position [m]; `sources` are the positions of all sources.
     ///
     /// # Errors
-    /// What is in the way, with the nearest free position found.
+    /// Checks a position for sources and receivers; the error has the obstacle and the nearest free position found.
     pub fn check_place(&self, point: DVec3, sources: &[DVec3]) -> Result<(), Misplaced> {
         match self.obstacle(point, sources) {
             None => Ok(()),
             Some(obstacle) => {
-                let away = |distance: f64| self.free_place(point, sources, (distance, PUSHES));
+                let away = |distance: f64| self.free_place(point, sources, distance, PUSHES);
                 Err(Misplaced { obstacle, free: PROPOSED_DISTANCES.into_iter().find_map(away) })
             }
         }
     }
 
-    /// What is in the way of a source or receiver at a world position [m], if anything; `sources` as in
-    /// [`Geometry::check_place`].
+    /// The obstacle to a source or receiver at a world position [m]; `sources` as in [`Geometry::check_place`].
     pub fn obstacle(&self, point: DVec3, sources: &[DVec3]) -> Option<Obstacle> {
         let (distance, clearance) = (self.distance_to_nearest_surface(point), self.clearance());
         if distance < clearance {
@@ -125,7 +125,7 @@ impl Geometry {
 
     /// A free position near `point`, at least `distance` [m] from every surface: beside the nearest surface, then beside the next one, at most
     /// `pushes` times.
-    fn free_place(&self, point: DVec3, sources: &[DVec3], (distance, pushes): (f64, u32)) -> Option<DVec3> {
+    fn free_place(&self, point: DVec3, sources: &[DVec3], distance: f64, pushes: u32) -> Option<DVec3> {
         let (triangle, closest) = self.closest_point(point);
         let normal = self.surface(self.triangle_surface(triangle)).normal;
         let step = distance.max(2.0 * self.clearance());
@@ -135,7 +135,7 @@ impl Geometry {
         let is_free = |place: &DVec3| is_apart(*place) && self.obstacle(*place, sources).is_none();
         beside.into_iter().find(is_free).or_else(|| {
             let mut pushed = beside.into_iter().filter(|_| pushes > 1);
-            pushed.find_map(|place| self.free_place(place, sources, (distance, pushes - 1)))
+            pushed.find_map(|place| self.free_place(place, sources, distance, pushes - 1))
         })
     }
 }

@@ -13,7 +13,7 @@ pub(crate) struct Probe {
     pub shear: [f32; 2],
     /// Whether the direction is positive along its dominant axis.
     pub upward: bool,
-    /// One over the direction, finite.
+    /// Reciprocal of the direction, finite.
     pub inverse: Vec3,
     /// For each axis, which of a box's two bounds the ray meets first.
     pub near: [usize; 3],

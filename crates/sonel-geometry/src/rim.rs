@@ -9,7 +9,7 @@ use crate::topology::SharedEdge;
 use crate::{Mesh, PlaneId};
 use glam::DVec3;
 
-/// What the margin takes of each barycentric coordinate of a triangle: its share of each height.
+/// The margin in each barycentric coordinate of a triangle: its share of each height.
 pub(crate) type Rim = [f32; 3];
 
 /// The rim of each triangle, for a given lift [m].
@@ -51,8 +51,8 @@ fn cotangent_of_half_angle(mesh: &Mesh, edge: &SharedEdge, planes: &[PlaneId]) -
     largest
 }
 
-/// Where a point on the rim of a triangle is placed instead: off the rim, or at the centre of the inscribed circle where
-/// the rim is all there is. None for a point that is not on the rim.
+/// Position off the rim for a point on the rim of a triangle; the centre of the inscribed circle where the rim is all there is. [`None`] for
+/// a point that is not on the rim.
 #[inline]
 pub(crate) fn keep_inside([a, b, c]: [DVec3; 3], point: DVec3, rim: Rim) -> Option<DVec3> {
     let normal = (b - a).cross(c - a);

@@ -9,10 +9,11 @@ use crate::surfaces::PARALLEL;
 use crate::topology::Connected;
 use glam::DVec3;
 
-/// Thickness of a partition, at most [m].
+/// Largest thickness of a partition [m] (docs/formats/scene.md). Chosen, not measured: above that of masonry; doubled, a passage of 1 to 2 m
+/// between two rooms whose walls transmit is a partition.
 pub(crate) const THICKEST_PARTITION: f64 = 1.0;
 
-/// What the faces of a material are.
+/// Kind of the faces of a material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FaceKind {
     /// A wall.

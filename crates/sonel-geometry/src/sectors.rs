@@ -8,8 +8,8 @@ use crate::{Mesh, Side, Surface, SurfaceId};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// What a sector has to exceed π by [rad] before its edge counts as one: less is the rounding of a flat wall, and turns
-/// less than a ten-thousandth of the sound.
+/// Angle beyond π from which on a sector of air has an edge [rad]: less is the rounding of a flat wall, and diffracts less than a
+/// ten-thousandth of the sound.
 const NEARLY_FLAT: f64 = 1e-4;
 
 /// Air about an edge between two of its faces, or all around one.
@@ -22,7 +22,7 @@ pub struct AirSector {
     pub inward: DVec3,
     /// Unit vector from the first face into the sector.
     pub normal: DVec3,
-    /// Its angle [rad], above π.
+    /// Angle [rad], above π.
     pub angle: f64,
 }
 
@@ -49,10 +49,11 @@ impl AirSector {
     }
 }
 
-/// The sectors of air above π about an edge with `faces` that belong to surfaces as `of` tells; none of them coincide.
+/// The sectors of air above π about an edge with `faces`, none of which coincide; `of` gives the surface of a face.
 pub(crate) fn diffracting(
     mesh: &Mesh,
-    (edge, faces): (&SharedEdge, &[u32]),
+    edge: &SharedEdge,
+    faces: &[u32],
     surfaces: &[Surface],
     cells: &Cells,
     of: impl Fn(u32) -> SurfaceId,

@@ -82,7 +82,7 @@ pub(crate) fn edge_grid(edges: &[OpenEdge], margin: f64) -> BoxGrid {
     BoxGrid::new(&edges.iter().map(around).collect::<Vec<_>>())
 }
 
-/// Where a point lies along a segment as a share of its length, if it lies on its inside.
+/// Position of a point along a segment as a share of its length; [`None`] unless the point is inside the segment.
 pub(crate) fn share_along([from, to]: [DVec3; 2], point: DVec3, tolerance: f64) -> Option<f64> {
     let along = to - from;
     let share = (point - from).dot(along) / along.length_squared();

@@ -9,7 +9,8 @@ use foldhash::HashMap;
 use glam::DVec3;
 use std::iter::successors;
 
-/// Cosine between normals from which on two faces are parallel.
+/// Cosine between normals from which on two faces are parallel: 1.4 mrad, 1.4 mm over a metre. Chosen, not measured; 1 − 4e-6 doubles the
+/// angle.
 pub(crate) const PARALLEL: f64 = 1.0 - 1e-6;
 
 /// Index of a [`Surface`].
@@ -62,7 +63,7 @@ pub struct Surface {
     pub area: f64,
     /// Centre of the area, in world coordinates [m].
     pub centroid: DVec3,
-    /// Its triangles in ascending order.
+    /// Triangles in ascending order.
     pub triangles: Vec<u32>,
     /// Whether it is part of a closed shell of a closed room, so that only its front faces the air.
     pub closed: bool,
@@ -219,7 +220,7 @@ struct PlaneLattice {
 /// by the tolerance over its size, so surfaces smaller than 10⁴ tolerances may keep a plane of their own; that costs
 /// nothing but a plane.
 const NORMAL_SPREAD: f64 = 1e-4;
-/// Cells are this many spreads wide, so that a plane rarely has neighbours to ask.
+/// Width of a cell [spreads]: a plane has candidates in a second cell along an axis in 2 of 8 cases. Speed alone depends on it.
 const SPREADS_PER_CELL: f64 = 8.0;
 
 impl PlaneLattice {

@@ -8,7 +8,7 @@ use smallvec::SmallVec;
 /// The triangles around one edge of a welded mesh.
 #[derive(Debug, Clone)]
 pub(crate) struct SharedEdge {
-    /// Its two vertices, the lower index first.
+    /// Vertices, the lower index first.
     pub ends: [u32; 2],
     /// Triangles with this edge in ascending order.
     pub faces: SmallVec<[u32; 2]>,
@@ -61,16 +61,18 @@ pub(crate) fn shared_edges(mesh: &Mesh) -> Vec<SharedEdge> {
     edges
 }
 
-/// Disjoint sets with path halving: which things are connected.
-pub(crate) struct Connected(Vec<u32>);
+/// Disjoint sets of the numbers below a count, with path halving.
+pub struct Connected(Vec<u32>);
 
 impl Connected {
-    pub(crate) fn new(count: usize) -> Self {
+    /// Sets of one member each.
+    #[must_use]
+    pub fn new(count: usize) -> Self {
         Self((0..count as u32).collect())
     }
 
     /// The representative of a set: its lowest member.
-    pub(crate) fn root(&mut self, mut member: u32) -> u32 {
+    pub fn root(&mut self, mut member: u32) -> u32 {
         while self.0[member as usize] != member {
             let parent = self.0[member as usize];
             self.0[member as usize] = self.0[parent as usize];
@@ -79,7 +81,8 @@ impl Connected {
         member
     }
 
-    pub(crate) fn join(&mut self, a: u32, b: u32) {
+    /// Unites the sets of two members.
+    pub fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b) as usize] = a.min(b);
     }

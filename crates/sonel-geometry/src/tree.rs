@@ -14,12 +14,12 @@ use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
 use std::time::Duration;
 
-/// Children of a node.
+/// Children of a node: two registers of four lanes per bound.
 const WIDTH: usize = 8;
-/// Triangles of a leaf.
+/// Triangles of a leaf: one register.
 const LEAF_LANES: usize = 4;
-/// Number of triangles above which only a share is inserted anew: all would take a quarter of the time to load them, and rays are hardly
-/// faster after it.
+/// Number of triangles above which only [`REINSERTED_OF_MANY`] is inserted anew: all would take a quarter of the time to load them, and rays
+/// are hardly faster after it.
 const MANY: usize = 200_000;
 const REINSERTED_OF_MANY: f32 = 0.02;
 /// Marks a child that is a leaf.
@@ -224,7 +224,7 @@ impl Node {
     }
 }
 
-/// What the boxes ask of a ray, in all lanes.
+/// Numbers of a ray that the boxes need, in all lanes.
 struct Slabs {
     origin: [Vec4; 3],
     inverse: [Vec4; 3],
@@ -260,6 +260,7 @@ impl Default for Stack {
 }
 
 impl Stack {
+    /// Entries on the stack: depth 9 with seven siblings waiting at each level, 8⁹ triangles in a balanced tree.
     const USUAL: usize = 64;
 
     #[inline(always)]

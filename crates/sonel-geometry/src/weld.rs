@@ -62,13 +62,12 @@ fn has_area([a, b, c]: [DVec3; 3], tolerance: f64) -> bool {
     (b - a).cross(c - a).length() > longest * tolerance
 }
 
-/// Cells are so many tolerances wide: a point rarely has candidates in more than one, and few are in one unless a mesh is at the
-/// limit of what can be told apart.
+/// Width of a cell [tolerances]: a point has candidates in a second cell along an axis in 2 of 32 cases. Speed alone depends on it.
 const TOLERANCES_PER_CELL: f64 = 32.0;
 
 /// Points by the cell they are in, none nearer to another than the tolerance.
 pub(crate) struct Points {
-    /// Their positions [m].
+    /// Positions of the points [m].
     pub places: Vec<DVec3>,
     tolerance: f64,
     /// The last point of each cell.

@@ -8,7 +8,7 @@ pub(crate) use bincode::Decode;
 use bincode::Encode;
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
 
-/// Largest header accepted [bytes].
+/// Largest header accepted [bytes]. Chosen, not measured: it bounds memory.
 const LARGEST_HEADER: usize = 16 << 20;
 
 /// Memory that decoding may claim for every byte of a header: no record is more than three times as large in memory as
@@ -26,7 +26,7 @@ pub(crate) struct HeaderRecord {
     pub settings: SettingsRecord,
     pub effects: Vec<EffectRecord>,
     pub scene: SceneRecord,
-    /// Where the origin of the stored positions is in the axes of the scene [m].
+    /// Origin of the stored positions in the axes of the scene [m].
     pub center: [f64; 3],
     pub chunk_count: u64,
     pub sections: Vec<SectionRecord>,

@@ -87,7 +87,7 @@ pub struct CoefficientTable {
     /// A block per material: its mean row, and behind it one for each range of angles where its absorption depends on them, for the
     /// probabilities of events.
     rows: Vec<MaterialRow>,
-    /// Where the blocks of the materials begin.
+    /// Begin of the block of each material.
     first_rows: Vec<usize>,
     /// Law and [parameters](AbsorptionLaw::parameter) of materials whose absorption depends on the angle.
     laws: Vec<Option<(AbsorptionLaw, Vec<Lanes>)>>,
@@ -101,7 +101,7 @@ impl CoefficientTable {
     /// The table for `materials` over `bands` bands, each a lead, and the survival exponent β in [0, 1].
     #[must_use]
     pub fn new(materials: &[Material], bands: usize, survival: f64) -> Self {
-        let leads = Leads::new(materials, &[], (survival, Spectral::PerBand));
+        let leads = Leads::new(materials, &[], survival, Spectral::PerBand);
         Self::grouped(materials, &BandClasses::separate(bands), &leads)
     }
 

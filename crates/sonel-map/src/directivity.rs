@@ -9,10 +9,10 @@ use crate::codec::{BalloonRecord, DirectivityRecord, RollRecord};
 /// Name of the section.
 pub(crate) const SECTION: &str = "directivity";
 
-/// What the header calls a measured directivity.
+/// Name of a measured directivity in the header.
 const MEASURED: &str = "balloon";
 
-/// By how much squared length and angle of `aim` and `up` may be off.
+/// Largest error of the squared lengths of `aim` and `up` and of their product [1]: far above rounding, far below any effect.
 pub(crate) const ORTHONORMAL: f64 = 1e-9;
 
 /// A directivity as the header names it.

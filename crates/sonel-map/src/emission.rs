@@ -19,7 +19,7 @@ use crate::spectral::Spectral;
 /// spread fifty thousand emissions over many cores.
 pub const CHUNK_EMISSIONS: u64 = 512;
 
-/// How the emissions of one source are numbered.
+/// Numbering of the emissions of one source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EmissionLayout {
     /// Emissions of one source, over all bands.
@@ -57,13 +57,13 @@ impl EmissionLayout {
         (index / u64::from(self.leads()) % u64::from(self.batches)) as u32
     }
 
-    /// How many emissions of the same batch and lead came before emission `index`.
+    /// Number of emissions of the same batch and lead before emission `index`.
     #[must_use]
     pub fn round(&self, index: u64) -> u32 {
         (index / (u64::from(self.leads()) * u64::from(self.batches))) as u32
     }
 
-    /// How many emissions of `batch` were led by `lead`.
+    /// Number of emissions of `batch` led by `lead`.
     #[must_use]
     pub fn lead_count(&self, batch: u32, lead: u32) -> u64 {
         let (leads, batches) = (u64::from(self.leads()), u64::from(self.batches));
@@ -165,7 +165,7 @@ pub struct BatchStart {
 pub struct PacketStart {
     /// n_k: packets of the batch of each column of leads, zero for those that this one stands apart from.
     pub counts: Vec<Lanes>,
-    /// How many leads each column stands for, zero likewise.
+    /// Number of leads that each column stands for, zero likewise.
     pub sizes: Vec<Lanes>,
     /// 1 for the columns of bands carried.
     pub carried: Vec<Lanes>,
@@ -178,7 +178,7 @@ impl BatchStart {
     #[must_use]
     pub fn new(layout: &EmissionLayout, batch: u32, spectral: Spectral) -> Self {
         let separate = |count: u32| BandClasses::separate(count as usize);
-        Self::grouped(layout, batch, spectral, (&separate(layout.bands), &separate(layout.leads())))
+        Self::grouped(layout, batch, spectral, &separate(layout.bands), &separate(layout.leads()))
     }
 
     /// The start of the packets of `batch`, with one column for each class of bands and of leads.
@@ -187,16 +187,17 @@ impl BatchStart {
         layout: &EmissionLayout,
         batch: u32,
         spectral: Spectral,
-        classes: (&BandClasses, &BandClasses),
+        bands: &BandClasses,
+        leads: &BandClasses,
     ) -> Self {
-        let bands = layout.bands;
         let starts = match spectral {
-            Spectral::Shared => vec![PacketStart::new(layout, batch, classes, |_| true)],
+            Spectral::Shared => vec![PacketStart::new(layout, batch, bands, leads, |_| true)],
             Spectral::PerBand => {
-                (0..bands).map(|lead| PacketStart::new(layout, batch, classes, |k| k == lead)).collect()
+                let start = |lead| PacketStart::new(layout, batch, bands, leads, |k| k == lead);
+                (0..layout.bands).map(start).collect()
             }
         };
-        Self { bands, starts, weight: layout.batch_weight(batch) }
+        Self { bands: layout.bands, starts, weight: layout.batch_weight(batch) }
     }
 
     /// The start of a packet of `lead`.
@@ -210,7 +211,8 @@ impl PacketStart {
     fn new(
         layout: &EmissionLayout,
         batch: u32,
-        (bands, leads): (&BandClasses, &BandClasses),
+        bands: &BandClasses,
+        leads: &BandClasses,
         carries: impl Fn(u32) -> bool,
     ) -> Self {
         // Variants of a band are carried with it.

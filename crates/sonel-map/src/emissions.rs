@@ -16,9 +16,9 @@ use crate::weight::PathWeight;
 /// The emissions of all sources of a scene.
 pub struct Emissions {
     sources: Vec<Source>,
-    /// How those of each source are numbered.
+    /// Numbering of those of each source.
     pub layout: EmissionLayout,
-    /// How the packets of each batch start.
+    /// Starts of the packets of each batch.
     pub batches: Vec<BatchStart>,
     /// Place about the scene's centre [m] and air of each source.
     origins: Vec<(DVec3, u32)>,
@@ -26,14 +26,15 @@ pub struct Emissions {
 }
 
 impl Emissions {
-    /// The emissions of a run of `scene`, whose middle is `center` [m], with a column for each of `classes` of bands and of leads.
+    /// The emissions of a run of `scene`, whose middle is `center` [m], with a column for each class of `bands` and of `leads`.
     #[must_use]
     pub fn new(
         scene: &Scene,
         center: DVec3,
         settings: &Settings,
         layout: EmissionLayout,
-        classes: (&BandClasses, &BandClasses),
+        bands: &BandClasses,
+        leads: &BandClasses,
     ) -> Self {
         let Settings { seed, spectral, .. } = *settings;
         let sources = scene.sources.iter().enumerate();
@@ -42,7 +43,7 @@ impl Emissions {
         Self {
             layout,
             batches: (0..layout.batches)
-                .map(|batch| BatchStart::grouped(&layout, batch, spectral, classes))
+                .map(|batch| BatchStart::grouped(&layout, batch, spectral, bands, leads))
                 .collect(),
             origins: sources.map(origin).collect(),
             directions: (0..scene.sources.len() as u32)
@@ -56,7 +57,7 @@ impl Emissions {
     #[must_use]
     pub fn of_map(map: &SonelMap, center: DVec3, classes: &BandClasses) -> Self {
         let (header, leads) = (map.header(), map.leads());
-        Self::new(&header.scene, center, &header.settings, map.layout(), (classes, leads.classes()))
+        Self::new(&header.scene, center, &header.settings, map.layout(), classes, leads.classes())
     }
 
     /// Share of the batch of `emission` in the run, N_g / N.
@@ -65,7 +66,7 @@ impl Emissions {
         self.batches[self.layout.batch(emission) as usize].weight
     }
 
-    /// How the packet of `emission` starts.
+    /// Start of the packet of `emission`.
     #[must_use]
     pub fn start(&self, emission: u64) -> &PacketStart {
         self.batches[self.layout.batch(emission) as usize].packet(self.layout.lead(emission))
@@ -96,7 +97,8 @@ impl Emissions {
         source: u32,
         path: PathView<'_>,
         unit: f64,
-        (table, weight): (&CoefficientTable, &mut PathWeight),
+        table: &CoefficientTable,
+        weight: &mut PathWeight,
         visit: impl FnMut(&Segment<'_>),
     ) {
         self.emit(source, path.emission, unit, weight);

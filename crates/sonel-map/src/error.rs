@@ -37,9 +37,9 @@ pub enum MapError {
         "the map is cut off: {part} should end at byte {end}, the file has {length}; copy or trace it again"
     )]
     Truncated {
-        /// Which part.
+        /// The part.
         part: String,
-        /// Where it should end.
+        /// Its end as stated [bytes].
         end: u64,
         /// Length of the file.
         length: u64,
@@ -47,9 +47,9 @@ pub enum MapError {
     /// A checksum or a rule of the layout is violated.
     #[error("the map is damaged at byte {offset}: {reason}; copy or trace it again")]
     Damaged {
-        /// Where the damaged part begins.
+        /// Begin of the damaged part [bytes].
         offset: u64,
-        /// What is wrong with it.
+        /// The fault.
         reason: String,
     },
     /// Written to by another process.

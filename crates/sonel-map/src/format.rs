@@ -28,7 +28,7 @@ pub(crate) struct Preamble {
     pub minor: u16,
     /// Zero.
     pub reserved: u32,
-    /// Where the header begins; zero while the map is being written.
+    /// Begin of the header [bytes]; zero while the map is being written.
     pub header_offset: u64,
     /// Length of the header [bytes]; the file ends with it.
     pub header_length: u64,
@@ -57,27 +57,27 @@ pub(crate) struct ChunkEntry {
     pub first_emission: u64,
     /// Vertices of all its paths.
     pub vertex_count: u64,
-    /// Where it begins in the file.
+    /// Begin in the file [bytes].
     pub offset: u64,
     /// BLAKE3 of its bytes.
     pub digest: [u8; 32],
 }
 
 impl ChunkEntry {
-    /// Where its vertices begin, from the beginning of the chunk [bytes].
+    /// Begin of its vertices, from the beginning of the chunk [bytes].
     #[must_use]
     pub(crate) fn vertices_at(&self) -> u64 {
         aligned(u64::from(self.path_count) * 4)
     }
 
-    /// Its length [bytes]; [`None`] where the counts overflow.
+    /// Length [bytes]; [`None`] where the counts overflow.
     #[must_use]
     pub(crate) fn length(&self) -> Option<u64> {
         self.vertex_count.checked_mul(16)?.checked_add(self.vertices_at())
     }
 }
 
-/// What a reader needs to know of a surface, so that it need not find surfaces in a mesh as `sonel-geometry` does: 48 bytes.
+/// Properties of a surface, so that a reader need not find surfaces in a mesh as `sonel-geometry` does: 48 bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct SurfaceRow {

@@ -6,17 +6,17 @@ use crate::emission::EmissionLayout;
 use crate::leads::{MOST_SETS, set_count};
 use crate::spectral::Spectral;
 
-/// Which method the paths were traced for.
+/// Method that the paths were traced for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
     /// Weighted packets that carry all bands.
     Accurate,
-    /// What the founding paper writes: one band a packet, roulette on absorption alone.
+    /// The founding paper's method: one band a packet, roulette on absorption alone.
     Paper,
 }
 
 impl Mode {
-    /// Its word in docs/interface.md.
+    /// Name in docs/interface.md.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -26,7 +26,7 @@ impl Mode {
     }
 }
 
-/// What decided the paths besides the scene.
+/// Settings that decided the paths besides the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Emissions per source; with [`Spectral::PerBand`] per source and band.
@@ -79,7 +79,7 @@ impl Settings {
     }
 }
 
-/// Which part of a run a map holds, I of N from 1; 1 of 1 is all of it.
+/// Part of a run that a map holds, I of N from 1; 1 of 1 is all of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ShardRange {
     /// I.
@@ -116,7 +116,7 @@ pub struct EffectState {
 pub struct MapHeader {
     /// Version of the program that traced it.
     pub tool_version: String,
-    /// What decided the paths.
+    /// Settings that decided the paths.
     pub settings: Settings,
     /// Part of the run.
     pub shard: ShardRange,
@@ -127,7 +127,7 @@ pub struct MapHeader {
 }
 
 impl MapHeader {
-    /// What was decided about `effect`, if it is stated.
+    /// Decision about `effect`, if it is stated.
     #[must_use]
     pub fn effect(&self, effect: Effect) -> Option<&EffectState> {
         self.effects.iter().find(|state| state.effect == effect)

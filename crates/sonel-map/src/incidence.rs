@@ -11,7 +11,7 @@ const BITS: u32 = 3;
 /// 2⁻¹⁰.
 const LOWEST: f64 = f64::from_bits(((1023 - OCTAVES) as u64) << 52);
 
-/// How many ranges there are.
+/// Number of ranges.
 pub(crate) const RANGES: usize = 1 + ((OCTAVES as usize) << BITS);
 
 /// The range that `cosine` belongs to; the lowest where it is no number.

@@ -13,7 +13,8 @@ use sonel_scene::Scene;
 use crate::classes::BandClasses;
 use crate::spectral::Spectral;
 
-/// Least share of what goes on at a partition that goes through it.
+/// Least share of the packets that survive at a partition which pass it [1]. Chosen, not measured: next door as many packets matter as here;
+/// doubled, rooms with a source have fewer.
 pub const LEAST_THROUGH: f64 = 0.15;
 
 /// Most sets of shares: with four the standard errors of a variant are at most twice those of its own trace.
@@ -37,7 +38,8 @@ impl Leads {
     pub fn new(
         materials: &[Material],
         variants: &[Vec<Material>],
-        (survival, spectral): (f64, Spectral),
+        survival: f64,
+        spectral: Spectral,
     ) -> Self {
         let kinds = kinds(materials, variants);
         let bands = materials.first().map_or(0, |material| material.absorption.len());
@@ -82,7 +84,7 @@ impl Leads {
         shares(&kinds[self.sets[set][material]], band).map(|share| share * survival)
     }
 
-    /// What tells a lead from others.
+    /// Coefficients that distinguish a lead from others.
     fn column(&self, lead: usize) -> Vec<u64> {
         let band = lead % self.bands;
         let of = |material: usize| {
@@ -157,7 +159,7 @@ mod tests {
     }
 
     fn leads(materials: &[Material], variants: &[Vec<Material>]) -> Leads {
-        Leads::new(materials, variants, (0.15, Spectral::Shared))
+        Leads::new(materials, variants, 0.15, Spectral::Shared)
     }
 
     #[test]

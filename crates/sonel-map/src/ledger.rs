@@ -33,7 +33,7 @@ impl Fate {
     pub const ALL: [Self; 6] =
         [Self::Absorbed, Self::Transmitted, Self::Escaped, Self::Expired, Self::Extinguished, Self::Lost];
 
-    /// Its word in docs/interface.md.
+    /// Name in docs/interface.md.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -101,7 +101,7 @@ fn missing_shards(shards: &[ShardRange]) -> String {
     }
 }
 
-/// Where the maps come from: the map of a number, opened.
+/// Opener of the maps, by number.
 ///
 /// Maps are opened one after the other and again when they are copied, so that a run can have more shards than a process
 /// may have open files.
@@ -118,7 +118,7 @@ pub struct Merger {
 /// One map to be joined.
 #[derive(Debug)]
 struct Part {
-    /// Its number for the opener.
+    /// Number for the opener.
     number: usize,
     name: String,
     chunks: Vec<ChunkEntry>,
@@ -239,7 +239,7 @@ fn read_chunk<'a>(
     Ok(&bytes[..length])
 }
 
-/// What the maps say, compared with the first.
+/// Differences of the maps from the first.
 #[derive(Default)]
 struct Headers {
     reference: Option<Reference>,

@@ -4,7 +4,7 @@ use sonel_scene::Media;
 
 use crate::vertex::{Event, Vertex};
 
-/// What paths may name: surfaces, of which there are so many.
+/// Numbers of surfaces that paths may name.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Places<'a> {
     pub surfaces: u32,

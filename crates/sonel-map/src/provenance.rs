@@ -11,18 +11,18 @@ use crate::record;
 /// One thing in which two maps differ.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Difference {
-    /// What, such as `seed` or `absorption of material "felt"`.
+    /// Quantity, such as `seed` or `absorption of material "felt"`.
     pub what: String,
-    /// What the one map says.
+    /// Value in the one map.
     pub here: String,
-    /// What the other map says.
+    /// Value in the other map.
     pub there: String,
 }
 
 /// A thing and what a map says of it.
 type Fact = (String, String);
 
-/// What a map says of a thing that only the other one has.
+/// Value of a quantity that only the other map has.
 const NOTHING: &str = "nothing";
 
 /// Everything in which `here` and `there` differ, but for their shards. Maps with other bands have other lists per band as

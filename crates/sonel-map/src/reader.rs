@@ -64,7 +64,7 @@ pub struct BeforeWidening {
 pub struct PathView<'a> {
     /// Emission index within its source.
     pub emission: u64,
-    /// Its vertices, the last one final.
+    /// Vertices, the last one final.
     pub vertices: &'a [Vertex],
 }
 
@@ -275,7 +275,7 @@ impl SonelMap {
     pub fn leads(&self) -> Leads {
         let MapHeader { settings, scene, .. } = &self.header;
         let materials = self.drawn_with.as_deref().unwrap_or(&scene.materials);
-        Leads::new(materials, &scene.variants, (settings.survival, settings.spectral))
+        Leads::new(materials, &scene.variants, settings.survival, settings.spectral)
     }
 
     /// What every event means to the energy of `classes` of bands, and with which probability it was drawn.
@@ -349,13 +349,13 @@ impl SonelMap {
     }
 }
 
-/// What a map says of its paths.
+/// Description of a map's paths.
 pub(crate) struct Directory {
     /// Provenance.
     pub header: MapHeader,
     /// Minor version of the file's format.
     pub minor: u16,
-    /// Where the origin of the stored positions is in the axes of the scene [m].
+    /// Origin of the stored positions in the axes of the scene [m].
     pub center: DVec3,
     /// The surfaces that the paths refer to.
     pub surfaces: Vec<SurfaceRow>,
@@ -419,7 +419,7 @@ fn read_header(sections: Sections<'_>, surfaces: &[SurfaceRow]) -> Result<MapHea
     let gradient = sections.optional(GRADIENT)?;
     let Sections { header, header_offset, .. } = sections;
     let damaged = |reason| MapError::Damaged { offset: header_offset, reason };
-    let mut header = record::header(header, mesh, (directivity, laws)).map_err(damaged)?;
+    let mut header = record::header(header, mesh, directivity, laws).map_err(damaged)?;
     variants::apply(variants, &mut header.scene).map_err(damaged)?;
     if let Some(record) = media {
         header.scene.media = Some(media::media(record, &header.scene, surfaces).map_err(damaged)?);

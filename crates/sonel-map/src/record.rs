@@ -145,7 +145,8 @@ pub(crate) fn laws(materials: &[Material]) -> Option<Vec<u8>> {
 pub(crate) fn header(
     record: HeaderRecord,
     mesh: Mesh,
-    (directivity, laws): (Option<DirectivityRecord>, &[u8]),
+    directivity: Option<DirectivityRecord>,
+    laws: &[u8],
 ) -> Result<MapHeader, String> {
     let settings = settings(&record.settings)?;
     let shard = ShardRange { index: record.settings.shard_index, count: record.settings.shard_count };

@@ -38,7 +38,7 @@ pub(crate) struct Sections<'a> {
     bytes: &'a [u8],
     /// The header.
     pub header: HeaderRecord,
-    /// Where it begins [bytes].
+    /// Begin [bytes].
     pub header_offset: u64,
 }
 

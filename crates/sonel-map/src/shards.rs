@@ -17,7 +17,7 @@ pub(crate) struct Run {
     pub total: u64,
 }
 
-/// What is wrong with a set of shards; they are named by their positions in it.
+/// Faults of a set of shards; they are named by their positions in it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Fault {
     /// Two shards hold these emissions of every source.

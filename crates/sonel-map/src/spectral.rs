@@ -10,7 +10,7 @@ pub enum Spectral {
 }
 
 impl Spectral {
-    /// Its word in docs/interface.md.
+    /// Name in docs/interface.md.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -9,7 +9,7 @@ use crate::coefficients::CoefficientTable;
 use crate::vertex::{Event, Vertex};
 use crate::weight::PathWeight;
 
-/// What happened to a packet before a segment. Transmissions and edges leave no trace in it (docs/physics.md §4).
+/// History of a packet before a segment. Transmissions and edges leave no trace in it (docs/physics.md §4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SegmentHistory {
     /// Reflections so far.
@@ -40,7 +40,7 @@ pub struct Arrival {
     pub surface: SurfaceId,
     /// The side arrived on.
     pub side: Side,
-    /// What the packet did here.
+    /// Event of the packet here.
     pub event: Event,
 }
 
@@ -53,9 +53,9 @@ impl Arrival {
 /// One straight piece of a path: a leg, or a chord of it where the speed of sound has a gradient.
 #[derive(Debug, Clone, Copy)]
 pub struct Segment<'a> {
-    /// Where it begins, about the scene's centre [m].
+    /// Begin, relative to the scene's centre [m].
     pub start: Vec3,
-    /// Where it ends [m].
+    /// End [m].
     pub end: Vec3,
     /// Path length from the source to its beginning, each leg in another air times c₀/c: travel time times the scene's speed of sound [m].
     pub start_length: f64,
@@ -65,7 +65,7 @@ pub struct Segment<'a> {
     pub air: u32,
     /// Energy in flight per unit emitted energy of the batch, per band, without air [1]: the incident energy at the end.
     pub energy: &'a [Lanes],
-    /// What happened before.
+    /// History before it.
     pub history: SegmentHistory,
     /// The sonel at its end; none where the packet was sent on from an edge, met an interface, came out of a partition, goes on along its arc, escaped or
     /// arrived after the end of the run.

@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use sonel_geometry::{Side, SurfaceId};
 
-/// What a packet did where it arrived. The codes are part of the file format; 4 and 5 belong to maps that are refused ([`crate::MapError::Outdated`]).
+/// Event of a packet at an arrival. The codes are part of the file format; 4 and 5 belong to maps that are refused ([`crate::MapError::Outdated`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Event {
@@ -141,7 +141,7 @@ impl Vertex {
         Self::new(position, SurfaceId(SURFACE_LIMIT - 1), Side::Front, event)
     }
 
-    /// What happened here; [`None`] for a code that no version of the format knows.
+    /// Event; [`None`] for a code that no version of the format knows.
     #[inline]
     #[must_use]
     pub fn event(&self) -> Option<Event> {

@@ -7,7 +7,7 @@ use sonel_map::{Lanes, to_lanes};
 
 /// Largest m·(distance to a node): the fourth-order remainder x⁴/24 is then below 1e-9.
 const LARGEST_STEP: f64 = 0.012;
-/// Widest spacing of the nodes [m].
+/// Widest spacing of the nodes [m]: [`LARGEST_STEP`] is reached at m = 0.1/m, 0.4 dB/m.
 const WIDEST_SPACING: f64 = 0.25;
 
 /// e^(−m·length) for lengths up to a limit.

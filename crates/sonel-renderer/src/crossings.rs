@@ -27,7 +27,7 @@ struct Kind {
     strongest: Vec<Lanes>,
     /// The same of those that passed each receiver nearby.
     nearby: Vec<Lanes>,
-    /// What crossed the ball of each receiver.
+    /// Crossings of the ball of each receiver.
     crossed: Vec<Lanes>,
 }
 

@@ -55,6 +55,7 @@ pub use error::RenderError;
 pub use path_class::PathClass;
 pub use receiver::{ReceiverPoint, Sensitivity};
 pub use regions::straight_length;
-pub use render::{Preparation, RAYS_IN_FLIGHT, Renderer, is_at_source};
+pub use render::batch::BATCHES_IN_FLIGHT;
+pub use render::{Preparation, RAYS_IN_FLIGHT, RECEIVERS_IN_FLIGHT, Renderer, is_at_source};
 pub use rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
 pub use settings::{Air, Estimator, MOST_RAYS, RenderSettings};

@@ -93,7 +93,7 @@ impl Partitions {
         self.0.thickness
     }
 
-    /// Their materials in ascending order: which of two faces of a wall is met does not matter.
+    /// Materials of the partitions in ascending order: which of two faces of a wall is met does not matter.
     #[must_use]
     pub(crate) fn materials(&self, geometry: &Geometry) -> Vec<u32> {
         let mut materials: Vec<u32> =

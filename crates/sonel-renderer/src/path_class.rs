@@ -1,6 +1,6 @@
 //! Path classes (docs/physics.md §4).
 
-/// Who brought the energy (docs/physics.md §4).
+/// Path class of the energy (docs/physics.md §4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PathClass {
     /// L R.
@@ -17,7 +17,7 @@ pub enum PathClass {
     DiffuseMirror,
     /// … D S^k R, k > K′.
     LongDiffuseMirror,
-    /// What has met an interface between airs since its last diffuse reflection.
+    /// Paths that met an interface between airs since the last diffuse reflection.
     Refracted,
 }
 

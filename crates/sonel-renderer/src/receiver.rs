@@ -12,7 +12,7 @@ use crate::guided_directions::GuidedDirections;
 /// A place where the echogram is wanted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReceiverPoint {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Position in the scene's axes [m].
     pub position: DVec3,
@@ -82,7 +82,7 @@ pub(crate) struct PreparedReceiver {
     pub stretch: f64,
     /// How sensitive it is.
     pub sensitivity: Sensitivity,
-    /// Its lateral axis, where directions are asked for.
+    /// Lateral axis, where directions are asked for.
     pub lateral_axis: Option<DVec3>,
 }
 
@@ -92,11 +92,13 @@ pub(crate) fn axes(receivers: &[PreparedReceiver]) -> Axes {
     Axes::of(receivers.iter().map(|receiver| receiver.lateral_axis))
 }
 
-/// Share of the mean free path that the radius takes at [`REFERENCE_EMISSIONS`].
+/// Radius of a receiver's sphere at [`REFERENCE_EMISSIONS`], relative to the mean free path [1]. Chosen, not measured; doubled, the O(r²) bias
+/// is four times as large and four times as many packets cross the sphere.
 const RADIUS_PER_FREE_PATH: f64 = 0.12;
 /// Radii shrink as N^(−1/6) from here, so that its O(r²) bias vanishes as fast as the noise (docs/physics.md §4).
 pub(crate) const REFERENCE_EMISSIONS: f64 = 50_000.0;
-/// A surface is near within this many radii of a disc: nearer, few sonels bring much, and rays are less noisy than connections.
+/// Distance within which a surface is near [radii of a disc]: nearer, few sonels bring much, and rays are less noisy than connections. Chosen,
+/// not measured.
 const NEAR_PER_DISC: f64 = 8.0;
 
 impl PreparedReceiver {

@@ -21,7 +21,7 @@ use crate::settings::{Air, Estimator, RenderSettings};
 /// The airs of a scene, by their numbers.
 pub(crate) struct Airs(Vec<RegionAir>);
 
-/// One of them.
+/// One air.
 pub(crate) struct RegionAir {
     /// c₀/c.
     pub stretch: f64,
@@ -31,7 +31,7 @@ pub(crate) struct RegionAir {
     pub attenuation: Vec<f64>,
     /// The same over a length.
     pub table: AirTable,
-    /// What it takes of what packets carry beyond what every air takes.
+    /// Attenuation that this air has beyond all others.
     rest: AirTable,
 }
 
@@ -54,9 +54,11 @@ impl Airs {
     /// band [1/m], regions have that of the scene or, if it was asked for anew, none. `carried` says of each band whether air matters to
     /// what packets carry. Lengths are up to `reach` [m].
     pub(crate) fn new(
-        (scene, air): (&Scene, &Air),
+        scene: &Scene,
+        air: &Air,
         classes: &BandClasses,
-        (attenuation, carried): (&[f64], &[bool]),
+        attenuation: &[f64],
+        carried: &[bool],
         reach: f64,
     ) -> (Self, Vec<f64>) {
         let still = vec![0.0; attenuation.len()];
@@ -156,7 +158,7 @@ pub fn straight_length(scene: &Scene, geometry: &Geometry, source: usize, receiv
     }
     let Some(media) = &scene.media else { return position.distance(receiver) };
     let stretches = scene.stretches();
-    let parts = media.parts_between(geometry, (position, scene.air_at_source(source)), receiver);
+    let parts = media.parts_between(geometry, position, scene.air_at_source(source), receiver);
     parts.iter().map(|&(air, length)| length * stretches[air as usize]).sum()
 }
 

@@ -6,10 +6,11 @@ use crate::directions::Columns;
 use crate::path_class::PathClass;
 use sonel_map::{BandClasses, BandValues, Lanes, lanes_of};
 
-/// A relative variance below this is rounding.
+/// Relative variance below which values differ by rounding alone [1]: (1e-7)², single precision.
 const ROUNDING: f64 = 1e-14;
 
-/// A room that decays by less than this in a whole run has not been seen to decay.
+/// Least decay in a whole run that counts as one [nepers]: 0.04 dB. It keeps the rate positive; doubled, rooms without absorption are taken to
+/// decay in half the time.
 const SLOWEST_NEPERS: f64 = 0.01;
 
 /// A discrete arrival at a receiver.
@@ -48,9 +49,9 @@ pub struct Rendering {
     pub class_energies: [Vec<f64>; PathClass::ALL.len()],
     /// Weighted mean over the batches of the squares of their energies, as `class_energies`.
     squares: [Vec<f64>; PathClass::ALL.len()],
-    /// What went past the balls of all receivers.
+    /// Packets that passed near the balls of all receivers.
     pub(crate) crossings: Crossings,
-    /// What packets carried at [`TimeBins::marks`], per unit emitted energy and band [1].
+    /// Energy under way at [`TimeBins::marks`], per unit emitted energy and band [1].
     pub under_way: [Vec<f64>; 2],
     /// K.
     pub mirror_order: u32,
@@ -58,11 +59,11 @@ pub struct Rendering {
     pub image_order: Vec<u32>,
     /// Radius of every receiver's sphere [m].
     pub sphere_radius: Vec<f64>,
-    /// What was computed over edges at every receiver; empty without edges.
+    /// Completeness of the edge contributions at every receiver; empty without edges.
     pub edge_work: Vec<EdgeWork>,
 }
 
-/// How much of what edges do at a receiver was computed.
+/// Completeness of the edge contributions at a receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeWork {
     /// Number of contributions that were computed.
@@ -104,7 +105,7 @@ impl Rendering {
         }
     }
 
-    /// All energy of a receiver in a band [1/m²].
+    /// Total energy of a receiver in a band [1/m²].
     #[must_use]
     pub fn energy(&self, receiver: usize, band: usize) -> f64 {
         self.total.sum(receiver * self.columns.fine, band)
@@ -155,7 +156,7 @@ impl Rendering {
 
     /// Extends the interval of `receiver` by what it may have missed, `unseen` [1/m²], in the bin of the first arrival at `time` [s]: a bias,
     /// half of which a kernel of half the area would show.
-    pub fn add_unseen(&mut self, (receiver, borders): (usize, &[f64]), time: f64, unseen: &[Lanes]) {
+    pub fn add_unseen(&mut self, receiver: usize, borders: &[f64], time: f64, unseen: &[Lanes]) {
         if unseen.largest() > 0.0 {
             for batch in &mut self.kernel_differences {
                 batch[receiver * self.columns.coarse].add_arrival(borders, time, unseen, 0.5);

@@ -11,12 +11,12 @@ pub const MOST_RAYS: u32 = 1 << 22;
 /// Rays of the founding paper's pass.
 const PAPER_RAYS: u32 = 1 << 14;
 
-/// How a map is rendered.
+/// Settings of a rendering.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RenderSettings {
     /// Width of a time bin [s].
     pub bin: f64,
-    /// Who owns which path class.
+    /// Estimator of each path class.
     pub estimator: Estimator,
     /// Order K of the image-source paths; chosen where none is given.
     pub mirror_order: Option<u32>,
@@ -34,7 +34,7 @@ pub struct RenderSettings {
     pub edges: bool,
 }
 
-/// Who owns which path class: the same energy by different means, so that any two can be compared.
+/// Estimators of the path classes: the same energy by different means, so that any two can be compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Estimator {
     /// The most efficient estimator for each path class.
@@ -45,7 +45,7 @@ pub enum Estimator {
     Gather,
     /// Spheres for everything but the direct sound.
     Sphere,
-    /// What the founding paper writes, apart from this table: see docs/paper-mode.md.
+    /// The founding paper's estimator, apart from this table: see docs/paper-mode.md.
     Paper,
 }
 
@@ -69,7 +69,7 @@ impl Estimator {
         }
     }
 
-    /// Its word in docs/interface.md.
+    /// Name in docs/interface.md.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -82,7 +82,7 @@ impl Estimator {
     }
 }
 
-/// Which air sound travels through.
+/// Air that sound travels through.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Air {
     /// Air of the scene.
@@ -92,7 +92,7 @@ pub enum Air {
 }
 
 impl RenderSettings {
-    /// What is wrong with them for a run of `duration` [s].
+    /// Faults of the settings for a run of `duration` [s].
     pub(crate) fn check(&self, duration: f64) -> Result<(), String> {
         let is_length = |length: f64| length.is_finite() && length > 0.0;
         if !is_length(self.bin) {
@@ -127,7 +127,7 @@ impl RenderSettings {
         self.rays.unwrap_or(usual)
     }
 
-    /// What `estimator` renders with where nothing else is asked for.
+    /// Default settings of `estimator`.
     #[must_use]
     pub fn of(estimator: Estimator) -> Self {
         Self {

@@ -9,7 +9,7 @@
 use rand::rngs::ChaCha8Rng;
 use rand::{Rng, SeedableRng};
 
-/// What a family of streams is used for; families never share a number.
+/// Purpose of a family of streams; families never share a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Purpose {
@@ -27,10 +27,8 @@ pub enum Purpose {
     SpecularRay = 7,
     /// Choice of the sonels of one source that reach for receivers.
     SonelChoice = 8,
-    /// Signs and times of the pulses of an impulse response.
+    /// Plane waves of impulse responses.
     Pulse = 9,
-    /// Directions of these pulses.
-    PulseDirection = 10,
 }
 
 /// All streams of one purpose and owner (a source index, the bits of a receiver position): a key without a number.

@@ -12,15 +12,15 @@ use sonel_acoustics::{
 use crate::obj::LineProblem;
 use crate::problem::{Place, Problem, SceneErrors};
 
-/// By how much an angle may miss its multiple of the step [°].
+/// Largest distance of an angle from a multiple of the step [°]: files round to two decimals.
 const ANGLE_TOLERANCE: f64 = 0.01;
 /// Smallest step of a grid [°]. Finer ones would not fit into a map.
 const FINEST_STEP: f64 = 1.0;
 /// Largest step between azimuths [°]: that of two polars.
 const COARSEST_STEP: f64 = 90.0;
-/// Highest level [dB]. Levels are relative to anything, but none is farther above 0.
+/// Highest level [dB], far above any reference; its energy of 1e30 is far from overflow.
 const HIGHEST_LEVEL_DB: f64 = 300.0;
-/// By how much levels at a pole may differ before that is said [dB].
+/// Difference of levels at a pole from which on a note names it [dB]: rounding of files with one decimal.
 const POLE_SPREAD_DB: f64 = 0.1;
 
 /// One row: a direction and its energies in the bands of the scene.
@@ -64,7 +64,7 @@ pub(crate) fn read(name: &str, bytes: &[u8], bands: &Bands) -> Result<(Balloon, 
     let (is_pole, off_poles): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|row| row.is_pole());
     let polars = polar_axis(&off_poles)?;
     let azimuths = azimuth_axis(&off_poles)?;
-    let energies = fill(&is_pole, &off_poles, (&azimuths, &polars), bands.count())?;
+    let energies = fill(&is_pole, &off_poles, &azimuths, &polars, bands.count())?;
     let largest = off_poles.iter().map(|row| row.azimuth).fold(0.0, f64::max);
     if azimuths.count > 1 && largest <= 180.0 + ANGLE_TOLERANCE {
         let planes = if largest <= 90.0 + ANGLE_TOLERANCE { "both planes" } else { "the horizontal plane" };
@@ -276,7 +276,8 @@ fn usual_step(angles: &mut [f64]) -> f64 {
 fn fill(
     poles: &[&Row],
     off_poles: &[&Row],
-    (azimuths, polars): (&Axis, &Axis),
+    azimuths: &Axis,
+    polars: &Axis,
     bands: usize,
 ) -> Result<Vec<f64>, Problems> {
     let mut problems = Vec::new();
@@ -327,7 +328,7 @@ fn fill(
     if problems.is_empty() { Ok(energies) } else { Err(problems) }
 }
 
-/// Which azimuth of the file stands for each of `count`, when its last is number `farthest`.
+/// Azimuth of the file that stands for each of `count`, when its last is number `farthest`.
 fn mirror(farthest: usize, count: usize) -> impl Fn(usize) -> usize {
     move |i: usize| {
         let folded = if 2 * farthest <= count { i.min(count - i) } else { i };

@@ -63,7 +63,7 @@ impl<'t> Table<'t> {
         Some(Entry { path: self.path_of(key), at: value.span.start, value })
     }
 
-    /// Where the value of a key stands, in bytes.
+    /// Position of the value of a key [bytes].
     pub(crate) fn span_of(&self, key: &str) -> Option<Range<usize>> {
         self.entries.get(key).map(|value| value.span.clone())
     }

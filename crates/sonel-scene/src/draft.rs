@@ -14,10 +14,11 @@ use crate::notation::number;
 use crate::words::words;
 use crate::{Place, Problem, SceneErrors};
 
-/// Where a source and a receiver are tried, as shares of the room's extents.
+/// Positions at which a source and a receiver are tried, as shares of the room's extents: off the middle, where modes and images coincide, first.
 const SHARES: [f64; 7] = [0.3, 0.7, 0.5, 0.2, 0.8, 0.4, 0.6];
-/// Heights above the lowest point [m], then as shares.
+/// Height of a source above the lowest point [m] (ISO 3382-1: 1.5 m), then as [`SHARES`].
 const SOURCE_HEIGHT: f64 = 1.5;
+/// Height of a receiver above the lowest point [m]: the ears of a seated listener (ISO 3382-1: 1.2 m), then as [`SHARES`].
 const RECEIVER_HEIGHT: f64 = 1.2;
 /// Plain entries for names with all these words, the first that fits.
 const ORDINARY: [(&[&str], &str); 30] = [
@@ -52,7 +53,8 @@ const ORDINARY: [(&[&str], &str); 30] = [
     (&["plaster"], "plaster-painted"),
     (&["metal"], "hard-surfaces"),
 ];
-/// Mean absorption at 500 and 1000 Hz above which the kind of a material decides T: plain entries for one word are guesses then.
+/// Mean absorption at 500 and 1000 Hz [1] above which the kind of a material decides T: plain entries for one word are guesses then. Chosen, not
+/// measured; doubled, no curtain is a guess.
 const ABSORBING: f64 = 0.3;
 /// Hard entries for names that state a place alone.
 const PLACES: [(&[&str], &str); 3] =
@@ -61,9 +63,9 @@ const PLACES: [(&[&str], &str); 3] =
 /// A first scene file.
 #[derive(Debug)]
 pub struct Draft {
-    /// Its text.
+    /// Text of the scene file.
     pub text: String,
-    /// What is likely a mistake of the mesh, as in a checkup: one sentence each.
+    /// Likely mistakes of the mesh, as in a checkup: one sentence each.
     pub warnings: Vec<String>,
 }
 

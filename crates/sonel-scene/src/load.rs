@@ -45,7 +45,7 @@ const KEYS: [&str; 15] = [
     "receivers",
 ];
 
-/// What the parser says of a key that is given twice.
+/// Message of the parser about a key that is given twice.
 const DUPLICATE_KEY: &str = "duplicate key";
 
 /// A scene and what is to be said about how it was read.
@@ -53,11 +53,11 @@ const DUPLICATE_KEY: &str = "duplicate key";
 pub struct Loaded {
     /// The compiled scene.
     pub scene: Scene,
-    /// Its walls: what [`Scene::geometry`] makes.
+    /// The walls, by [`Scene::geometry`].
     pub geometry: Geometry,
     /// Size of the room, defaults taken, repairs made: one sentence each, for the log.
     pub notes: Vec<String>,
-    /// What is likely a mistake: one sentence each.
+    /// Likely mistakes: one sentence each.
     pub warnings: Vec<String>,
 }
 
@@ -94,9 +94,9 @@ pub struct Document {
 }
 
 impl Document {
-    /// What messages call it.
+    /// Name in messages.
     const LABEL: &str = "scene";
-    /// What its mesh is called when it is saved.
+    /// Name of its mesh when it is saved.
     pub const MESH_NAME: &str = "mesh.obj";
 
     /// A scene of `keys`, with walls of `mesh` or of the key `shoebox`.
@@ -110,7 +110,7 @@ impl Document {
         Self { keys: Entries(entries.collect()), mesh }
     }
 
-    /// Its polygons; none for a shoebox.
+    /// Polygons; none for a shoebox.
     #[must_use]
     pub fn mesh(&self) -> Option<&PolygonMesh> {
         self.mesh.as_ref()
@@ -143,7 +143,7 @@ impl Document {
     }
 }
 
-/// What a scene is compiled from beside its keys.
+/// Sources of a scene beside its keys.
 struct Origin<'a> {
     /// The scene file.
     text: &'a str,
@@ -175,7 +175,8 @@ pub fn load_receivers(toml_text: &str, file_label: &str) -> Result<Vec<Receiver>
 /// # Errors
 /// Every problem of the tables.
 pub fn read_variants(
-    (label, name): (&str, &str),
+    label: &str,
+    name: &str,
     variants: Vec<Value>,
     materials: &[Material],
     bands: &Bands,
@@ -195,7 +196,8 @@ pub fn read_variants(
 /// # Errors
 /// Every problem of the keys.
 pub fn read_material(
-    (label, name): (&str, &str),
+    label: &str,
+    name: &str,
     keys: Vec<(&str, Value)>,
     bands: &Bands,
 ) -> Result<Material, SceneErrors> {
@@ -340,16 +342,16 @@ fn compile(
     let interfaces = regions::read_interfaces(document, report);
     let regions = regions::read(document, &air, &bands, report);
     let up = walls::read_up(document, report);
-    let sources = read_sources(document, (&bands, up), open_mesh, report);
+    let sources = read_sources(document, &bands, up, open_mesh, report);
     let first_source = sources.first().map(|source| source.point.position);
     let receivers = read_receivers(document, first_source, report);
-    let mut walls = walls::read(document, &materials, (open_mesh, origin.mesh), report);
+    let mut walls = walls::read(document, &materials, open_mesh, origin.mesh, report);
     if let Some(walls) = &mut walls {
         leave_out_holes(walls, &materials, report);
     }
     let closed = read_closed(document, report);
     let geometry =
-        walls.as_mut().and_then(|walls| build(walls, (&materials, &interfaces), closed.as_ref(), report));
+        walls.as_mut().and_then(|walls| build(walls, &materials, &interfaces, closed.as_ref(), report));
     inspect(geometry.as_ref(), &sources, &receivers, report);
     let compile_media = |geometry| regions::compile(regions, &interfaces, &sources, geometry, report);
     let media = geometry.as_ref().and_then(compile_media);
@@ -434,7 +436,8 @@ fn leave_out_holes(walls: &mut Walls, materials: &[Material], report: &mut Repor
 /// Closes cracks of the walls, builds their geometry and tells what that changed.
 fn build(
     walls: &mut Walls,
-    (materials, interfaces): (&[Material], &[Interface]),
+    materials: &[Material],
+    interfaces: &[Interface],
     closed: Option<&Entry<'_>>,
     report: &mut Report<'_>,
 ) -> Option<Geometry> {

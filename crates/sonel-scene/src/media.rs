@@ -17,7 +17,7 @@ use crate::notation;
 /// The sides of a surface that is no interface.
 pub const NO_AIR: u32 = u32::MAX;
 
-/// Surfaces that a straight line passes at most.
+/// Most surfaces that a straight line passes. It ends lines that find the same surface for ever.
 const MOST_PARTS: u32 = 1024;
 
 /// A part of the room with an air of its own.
@@ -74,7 +74,8 @@ impl Media {
     pub fn parts_between(
         &self,
         geometry: &Geometry,
-        (from, mut air): (DVec3, u32),
+        from: DVec3,
+        mut air: u32,
         to: DVec3,
     ) -> Vec<(u32, f64)> {
         let direction = (to - from).as_vec3().normalize_or_zero();
@@ -104,7 +105,7 @@ impl Media {
     }
 }
 
-/// Which air is where.
+/// The air at every place.
 pub struct Airs<'a> {
     spaces: Regions<'a>,
     /// The space of each region of the scene.
@@ -129,7 +130,7 @@ impl<'a> Airs<'a> {
     }
 }
 
-/// What is wrong with regions and interfaces.
+/// Faults of regions and interfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MediaFault {
     /// Nothing is between two regions.

@@ -13,10 +13,10 @@ use crate::suggest::suggest;
 /// No coordinate lies further from the origin [m]; generous for national grids, far below where squares overflow.
 pub(crate) const FARTHEST: f64 = 1e8;
 
-/// Problems of a mesh file reported one by one; the others are counted.
+/// Most problems of a mesh file reported one by one, a screenful; the others are counted.
 const MOST_PROBLEMS: usize = 50;
 
-/// What the scene file says of its mesh.
+/// Keys of the scene file about its mesh.
 pub(crate) struct Stated {
     /// Length of the unit [m].
     pub(crate) unit: Option<f64>,

@@ -18,9 +18,9 @@ pub struct Place {
 /// One problem.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Where.
+    /// Place.
     pub place: Place,
-    /// What is wrong and what to do, with the key's full name first.
+    /// The fault and its remedy, with the key's full name first.
     pub message: String,
 }
 

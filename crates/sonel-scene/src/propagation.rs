@@ -11,7 +11,7 @@ use sonel_geometry::{Arc, Departure, Geometry, Hit, Side, SpeedProfile, SurfaceI
 use crate::media::Media;
 use crate::scene::Scene;
 
-/// How sound propagates in a scene.
+/// Propagation of sound in a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Propagation {
     /// One air: straight lines.
@@ -50,13 +50,13 @@ pub struct AirSide {
 /// An interface: first the air that sound arrives in, then that beyond.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interface {
-    /// Their numbers.
+    /// Numbers of the airs.
     pub airs: [u32; 2],
-    /// Their states.
+    /// States of the airs.
     pub sides: [AirSide; 2],
 }
 
-/// Where a packet is, and how it goes on.
+/// Position and direction of a packet.
 #[derive(Debug, Clone, Copy)]
 pub struct Flight {
     /// Last vertex.
@@ -162,7 +162,7 @@ impl Propagation {
         }
     }
 
-    /// Where a packet that meets nothing is at `reach` [m].
+    /// Position at `reach` [m] of a packet that meets nothing.
     #[must_use]
     pub fn end(&self, flight: &Flight, reach: f64) -> Vec3 {
         let remaining = reach - flight.length;

@@ -11,16 +11,16 @@ pub(crate) struct Report<'t> {
     remarks: Remarks,
 }
 
-/// What is to be said of a valid scene.
+/// Remarks on a valid scene.
 #[derive(Default)]
 pub(crate) struct Remarks {
     /// Defaults taken, repairs made.
     pub(crate) notes: Vec<String>,
-    /// Which notes are about faults of the mesh.
+    /// Indices of the notes about faults of the mesh.
     pub(crate) faults: Vec<usize>,
-    /// Which notes are about repairs of the mesh.
+    /// Indices of the notes about repairs of the mesh.
     pub(crate) repairs: Vec<usize>,
-    /// What is likely a mistake.
+    /// Likely mistakes.
     pub(crate) warnings: Vec<String>,
 }
 

@@ -12,8 +12,9 @@ use crate::words::words;
 
 /// Volumes of rooms that are not warned of [m³]: from a small booth to a large stadium.
 const PLAUSIBLE_VOLUMES: [f64; 2] = [1.0, 3e6];
-/// Longest extents of rooms, and of open scenes, that are not warned of [m].
+/// Longest room without a warning [m]: beyond it a unit is wrong.
 const LONGEST_ROOM: f64 = 1e3;
+/// Extents of open scenes without a warning [m]: from a model to a valley.
 const PLAUSIBLE_LENGTHS: [f64; 2] = [1.0, 1e4];
 
 /// Notes extents, volume, surface, mean free path and Sabine time, and warns of an implausible size. `unit` is the length of
@@ -62,7 +63,7 @@ pub(crate) fn describe(scene: &Scene, geometry: &Geometry, unit: Option<f64>, re
 
 /// Words of materials that lie or hang.
 const LEVEL: [&str; 4] = ["floor", "carpet", "ceiling", "roof"];
-/// Cosine of the angle to the horizontal from which on a face counts as vertical.
+/// Least cosine between the normal of a face and up of one that lies: up to 60° from the horizontal.
 const VERTICAL: f64 = 0.5;
 
 /// Warns of a mesh on its side: most of a material that should lie is vertical.
@@ -113,7 +114,7 @@ fn other_units(geometry: &Geometry, unit: f64) -> String {
     if sizes.is_empty() { String::new() } else { format!(": {}", sizes.join(", ")) }
 }
 
-/// How many cracks are named.
+/// Most cracks that are named: a line of a message.
 const NAMED_CRACKS: usize = 3;
 
 /// Cracks of the mesh with places and widths, and what they mean, in a sentence.
@@ -147,7 +148,7 @@ pub(crate) fn cracks(geometry: &Geometry) -> String {
     )
 }
 
-/// Where the mesh is open, in a sentence.
+/// The openings of the mesh, in a sentence.
 pub(crate) fn leak(geometry: &Geometry) -> String {
     let edges = geometry.open_edges();
     let longest = edges.iter().max_by(|a, b| length(a).total_cmp(&length(b)));

@@ -36,11 +36,11 @@ pub struct Scene {
     pub air: Air,
     /// Speed of sound [m/s], at height 0 where it has a gradient.
     pub speed_of_sound: f64,
-    /// What the speed of sound gains per height, along [`Scene::up`] [1/s]; 0 in even air.
+    /// Gradient of the speed of sound along [`Scene::up`] [1/s]; 0 in even air.
     pub sound_speed_gradient: f64,
     /// Energy attenuation m of the air per band [1/m]; all 0 when switched off.
     pub air_attenuation: Vec<f64>,
-    /// How long echograms are simulated [s].
+    /// Duration of the echograms [s].
     pub duration: f64,
     /// Whether the scene file states no duration: it is 1.2 times the largest Sabine time, and a run may last longer.
     #[serde(skip)]
@@ -75,7 +75,7 @@ pub struct Source {
     pub position: DVec3,
     /// Power level per band [dB re 1 pW].
     pub power_level_db: Vec<f64>,
-    /// How it radiates about [`Source::aim`].
+    /// Radiation about [`Source::aim`].
     pub directivity: Directivity,
     /// Unit vector.
     pub aim: DVec3,
@@ -90,7 +90,7 @@ pub struct Receiver {
     pub position: DVec3,
     /// Unit vector; towards the first source unless stated. The zero vector where no source is known.
     pub aim: DVec3,
-    /// Its sensitivity about the aim, 1 on it.
+    /// Sensitivity about the aim, 1 on it.
     pub pattern: Pattern,
 }
 
@@ -364,7 +364,7 @@ impl Scene {
         (largest.is_finite() && largest > 0.0).then_some(largest)
     }
 
-    /// How long the scene lasts unless it states a duration [s]: 1.2 times [`Self::largest_sabine_time`], rounded up to hundredths.
+    /// Default duration [s]: 1.2 times [`Self::largest_sabine_time`], rounded up to hundredths.
     pub fn default_duration(&self, geometry: &Geometry) -> Option<f64> {
         self.largest_sabine_time(geometry).map(default_duration)
     }
@@ -409,7 +409,7 @@ pub(crate) fn attenuation_per_band(air: &Air, bands: &Bands) -> Vec<f64> {
     (0..bands.count()).map(|band| air.energy_attenuation(bands.exact_midband(band))).collect()
 }
 
-/// What the faces of a material are.
+/// Kind of the faces of a material.
 pub(crate) fn face_kind(
     materials: &[Material],
     material: u32,

@@ -1,6 +1,6 @@
 //! Words of the names of materials in meshes.
 
-/// Words of names shorter than this say nothing.
+/// Letters of the shortest word with a meaning: `rug`; shorter ones are abbreviations.
 const SHORTEST_WORD: usize = 3;
 /// Words that mean another.
 const SYNONYMS: [(&str, &str); 16] = [

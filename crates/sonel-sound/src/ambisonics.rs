@@ -1,4 +1,4 @@
-//! Ambisonics: spherical harmonics of directions up to order 3, and directions drawn from a mean.
+//! Ambisonics: spherical harmonics of directions up to order 3, and directions with a mean.
 //!
 //! Channels are in the order of ambisonic channel numbers (ACN) with semi-normalisation (SN3D), as in AmbiX [Nachbar2011]: channel 0 is the
 //! pressure, 1, 2 and 3 are y (left), z (up) and x (front). Over all channels of one order the squares add up to 1.
@@ -11,7 +11,6 @@
 //! References: [Nachbar2011], [FisherLewisEmbleton1987] (docs/references.md).
 
 use glam::DVec3;
-use sonel_sampling::Stream;
 
 /// Highest order.
 pub const MOST_ORDER: u32 = 3;
@@ -70,13 +69,15 @@ pub fn channels(order: u32) -> usize {
     ((order + 1) * (order + 1)) as usize
 }
 
-/// A random unit vector whose mean over many is `mean`, of a length of at most 1.
-pub fn direction(mean: DVec3, stream: &mut Stream) -> DVec3 {
+/// The unit vector `u` of a diffuse field, moved so that the mean over all directions is `mean`, of a length of at most 1: the angle to the mean takes
+/// the value that as many exceed, the angle about it stays.
+#[must_use]
+pub fn moved(u: DVec3, mean: DVec3) -> DVec3 {
     let axis = mean.normalize_or(DVec3::Z);
-    let cosine = cosine(mean.length().min(1.0), stream.uniform_fine());
-    let (sin, cos) = libm::sincos(std::f64::consts::TAU * stream.uniform_fine());
-    let (across, aside) = axis.any_orthonormal_pair();
-    cosine * axis + (1.0 - cosine * cosine).max(0.0).sqrt() * (cos * across + sin * aside)
+    let before = axis.dot(u);
+    let cosine = cosine(mean.length().min(1.0), 0.5 * (1.0 - before).clamp(0.0, 2.0));
+    let across = (u - before * axis).normalize_or(axis.any_orthonormal_vector());
+    cosine * axis + (1.0 - cosine * cosine).max(0.0).sqrt() * across
 }
 
 /// Below this mean a field is as good as diffuse: the density differs by 3 · 10⁻⁶ over all directions.
@@ -124,11 +125,8 @@ fn langevin(kappa: f64) -> (f64, f64) {
 mod tests {
     use super::*;
     use glam::dvec3;
+    use sonel_sampling::warp::uniform_sphere;
     use sonel_sampling::{Purpose, StreamFamily};
-
-    fn stream() -> Stream {
-        StreamFamily::new(1, Purpose::PulseDirection, [0; 4]).stream(0)
-    }
 
     /// A listener who looks along −y in a scene with z up has x at the left.
     const LEFT: DVec3 = DVec3::X;
@@ -216,18 +214,21 @@ mod tests {
 
     /// The mean of 200 000 directions is within four standard errors, 4/√(3 · 200 000), of the one asked for; another mean is not.
     #[test]
-    fn drawn_directions_have_the_mean_asked_for() {
+    fn moved_directions_have_the_mean_asked_for() {
         for mean in [DVec3::ZERO, dvec3(0.1, -0.2, 0.05), dvec3(-0.5, 0.3, -0.7)] {
-            let (mut stream, mut sum) = (stream(), DVec3::ZERO);
+            let (mut stream, mut sum) = (StreamFamily::new(1, Purpose::Pulse, [0; 4]).stream(0), DVec3::ZERO);
             for _ in 0..200_000 {
-                let drawn = direction(mean, &mut stream);
-                assert!((drawn.length() - 1.0).abs() < 1e-12);
-                sum += drawn / 200_000.0;
+                let u = uniform_sphere(stream.uniform_pair()).as_dvec3().normalize();
+                let moved = moved(u, mean);
+                assert!(
+                    (moved.length() - 1.0).abs() < 1e-12 && (mean != DVec3::ZERO || moved.distance(u) < 1e-7)
+                );
+                sum += moved / 200_000.0;
             }
             let is_off = |mean: DVec3| (sum - mean).abs().max_element() > 0.005_16;
             assert!(!is_off(mean) && is_off(mean + dvec3(0.012, 0.0, 0.0)), "{sum} {mean}");
         }
         let single = dvec3(0.6, 0.0, 0.8);
-        assert!(direction(single, &mut stream()).distance(single) < 1e-12);
+        assert!([DVec3::X, -single].iter().all(|u| moved(*u, single).distance(single) < 1e-12));
     }
 }

@@ -1,7 +1,7 @@
 //! Head-related impulse responses from SOFA files of the convention SimpleFreeFieldHRIR [AES69].
 //!
 //! They are the pressure at the ears over that at the centre of the head without the head, and are taken as the file has them: nothing is
-//! normalised, propagation delays that the file holds stay. Other sample rates are converted to 48 kHz. A direction takes the responses of the
+//! normalised, propagation delays that the file holds stay. They are converted to the sample rate of the impulse responses. A direction takes the responses of the
 //! measured direction next to it, at the largest measured distance; nothing is interpolated.
 //!
 //! References: [AES69] (docs/references.md).
@@ -18,7 +18,7 @@ use crate::{SAMPLE_RATE_HZ, SoundError, stored};
 /// Distances closer than this part are one.
 const SAME_DISTANCE: f64 = 1e-3;
 /// Longest responses at 48 kHz, with their delays [samples].
-pub const LONGEST: usize = 1 << 12;
+const LONGEST: usize = 1 << 12;
 /// Sample rates that are read [Hz].
 const LOWEST_RATE_HZ: f32 = 8000.0;
 const HIGHEST_RATE_HZ: f32 = 192_000.0;
@@ -26,6 +26,12 @@ const HIGHEST_RATE_HZ: f32 = 192_000.0;
 /// What is said of files that the library does not read: damaged ones, and those of HDF5 before 1.8 or since 1.10, in uncompressed or very many
 /// chunks.
 const UNREAD: &str = "the file is damaged, or stored otherwise than by the netCDF library";
+
+/// Longest responses at a rate, with their delays [samples].
+#[must_use]
+pub fn longest(sample_rate_hz: u32) -> usize {
+    (LONGEST * sample_rate_hz as usize).div_ceil(SAMPLE_RATE_HZ as usize)
+}
 
 /// Impulse responses of both ears for many directions.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,11 +43,11 @@ pub struct Head {
 }
 
 impl Head {
-    /// Reads a SOFA file.
+    /// Reads a SOFA file for impulse responses of a sample rate, one of [`crate::SAMPLE_RATES_HZ`].
     ///
     /// # Errors
     /// When it is none, is damaged, of another convention, or has no finite responses.
-    pub fn read(file: &[u8]) -> Result<Self, SoundError> {
+    pub fn read(file: &[u8], sample_rate_hz: u32) -> Result<Self, SoundError> {
         let failed = |problem: String| SoundError::Head { problem };
         let mut options = OpenOptions::default();
         // No rate is asked for: the library would convert responses without keeping the gain of their spectra.
@@ -54,19 +60,24 @@ impl Head {
         });
         let sofar = opened.unwrap_or_else(|_| Err(UNREAD.to_owned())).map_err(failed)?;
         check(&sofar).map_err(failed)?;
-        let head = Self::of(&sofar)?;
-        let longest = head.taps.iter().flatten().map(Vec::len).max().unwrap_or(0);
-        if longest > LONGEST {
-            let found = format!(
-                "its responses have {longest} samples at 48 kHz with their delays, {LONGEST} are allowed"
-            );
-            return Err(failed(found));
+        let head = Self::of(&sofar, sample_rate_hz)?;
+        let (found, allowed) =
+            (head.taps.iter().flatten().map(Vec::len).max().unwrap_or(0), longest(sample_rate_hz));
+        if found > allowed {
+            return Err(failed(format!(
+                "its responses have {found} samples at {sample_rate_hz} Hz with their delays, {allowed} are allowed"
+            )));
         }
         let is_finite = head.taps.iter().flatten().flatten().all(|tap| tap.is_finite());
         if head.directions.is_empty() || !is_finite {
             return Err(failed("a response or position is not finite".to_owned()));
         }
         Ok(head)
+    }
+
+    /// Responses `taps` at both ears for unit vectors towards the sources.
+    pub(crate) fn of_taps(directions: Vec<DVec3>, taps: Vec<[Vec<f64>; 2]>) -> Self {
+        Self { directions, taps }
     }
 
     /// Index of the measured direction next to the unit vector `u`: x front, y left, z up.
@@ -80,14 +91,14 @@ impl Head {
         .0
     }
 
-    /// Impulse response of a measured direction at the left (0) or right (1) ear, 48 kHz.
+    /// Impulse response of a measured direction at the left (0) or right (1) ear.
     #[must_use]
     pub fn taps(&self, direction: usize, ear: usize) -> &[f64] {
         &self.taps[direction][ear]
     }
 
     /// Everything at the largest distance.
-    fn of(sofar: &Sofar) -> Result<Self, SoundError> {
+    fn of(sofar: &Sofar, sample_rate_hz: u32) -> Result<Self, SoundError> {
         let hrtf = sofar.hrtf();
         let places: Vec<DVec3> = hrtf
             .source_position
@@ -99,7 +110,8 @@ impl Head {
         // Receiver 0 is the left ear, unless the file has it on the right.
         let is_swapped =
             matches!(hrtf.receiver_position.values[..], [_, first, _, _, second, _] if first < second);
-        let rows = converted(&hrtf.data_ir.values, sofar.filter_len(), hrtf.sample_rate() as u32)?;
+        let rows =
+            converted(&hrtf.data_ir.values, sofar.filter_len(), (hrtf.sample_rate() as u32, sample_rate_hz))?;
         let (mut directions, mut taps) = (Vec::new(), Vec::new());
         for (index, place) in places.iter().enumerate() {
             if place.length() < farthest * (1.0 - SAME_DISTANCE) || farthest <= 0.0 {
@@ -109,8 +121,9 @@ impl Head {
                 let row = 2 * index + usize::from((ear == 1) != is_swapped);
                 let delays = &hrtf.data_delay.values;
                 let delay = delays.get(row).or(delays.get(row % 2)).map_or(0.0, |delay| f64::from(*delay));
-                let delay = delay.max(0.0) * f64::from(SAMPLE_RATE_HZ) / f64::from(hrtf.sample_rate());
-                let silence = std::iter::repeat_n(0.0, (delay.round() as usize).min(LONGEST + 1));
+                let delay = delay.max(0.0) * f64::from(sample_rate_hz) / f64::from(hrtf.sample_rate());
+                let silence =
+                    std::iter::repeat_n(0.0, (delay.round() as usize).min(longest(sample_rate_hz) + 1));
                 silence.chain(rows[row].iter().copied()).collect::<Vec<f64>>()
             };
             directions.push(place.normalize());
@@ -122,31 +135,31 @@ impl Head {
 
 /// Silence between responses that are converted together [samples].
 const GAP: usize = 64;
-/// Longest response with its gap that is converted: a rate that has little in common with 48 kHz needs longer ones.
+/// Longest response with its gap that is converted: rates that have little in common need longer ones.
 const LONGEST_BLOCK: usize = 1 << 14;
 
-/// Responses of `length` samples one after the other, as filters of the same spectrum at 48 kHz.
-fn converted(values: &[f32], length: usize, rate: u32) -> Result<Vec<Vec<f64>>, SoundError> {
-    if rate == SAMPLE_RATE_HZ {
+/// Responses of `length` samples one after the other, as filters of the same spectrum at another rate.
+fn converted(values: &[f32], length: usize, (rate, to): (u32, u32)) -> Result<Vec<Vec<f64>>, SoundError> {
+    if rate == to {
         return Ok(values
             .chunks_exact(length)
             .map(|row| row.iter().map(|tap| f64::from(*tap)).collect())
             .collect());
     }
     // All at once, each from a sample on that both rates have.
-    let step = (rate / common_divisor(rate, SAMPLE_RATE_HZ)) as usize;
+    let step = (rate / common_divisor(rate, to)) as usize;
     let block = (length + GAP).div_ceil(step) * step;
     if block > LONGEST_BLOCK {
-        let problem = format!("its sample rate of {rate} Hz is not converted: convert it to 48 kHz first");
+        let problem = format!("its sample rate of {rate} Hz is not converted to {to} Hz: convert it first");
         return Err(SoundError::Head { problem });
     }
     let silent = std::iter::repeat_n(0.0, block - length);
     let padded: Vec<f32> =
         values.chunks_exact(length).flat_map(|row| row.iter().copied().chain(silent.clone())).collect();
-    let all = resample(&padded, rate, SAMPLE_RATE_HZ)?;
-    // A pulse of one sample is shorter at a higher rate.
-    let gain = f64::from(rate) / f64::from(SAMPLE_RATE_HZ);
-    let block = block / step * (SAMPLE_RATE_HZ as usize / (rate as usize / step));
+    let all = resample(&padded, rate, to)?;
+    // A pulse of one sample is shorter at a higher rate: its spectrum stays.
+    let gain = f64::from(rate) / f64::from(to);
+    let block = block / step * (to as usize / (rate as usize / step));
     Ok(all.chunks_exact(block).map(|row| row.iter().map(|tap| gain * f64::from(*tap)).collect()).collect())
 }
 
@@ -192,7 +205,7 @@ mod tests {
 
     #[test]
     fn ears_have_the_responses_of_the_nearest_direction() {
-        let head = Head::read(FILE).unwrap();
+        let head = Head::read(FILE, SAMPLE_RATE_HZ).unwrap();
         let half = 0.5_f64.sqrt();
         for (u, left, right) in [
             (DVec3::X, (32, 1.0), (32, 1.0)),
@@ -209,12 +222,26 @@ mod tests {
         }
     }
 
+    /// The sum of a response is its spectrum at 0 Hz; a pulse at sample 16 is at 1/3 ms. What the filter of a low rate rings before the first sample is
+    /// lost: 0.2 dB.
+    #[test]
+    fn another_rate_keeps_spectrum_and_time() {
+        for rate in [8000, 16_000, 44_100, 96_000, 192_000] {
+            let head = Head::read(FILE, rate).unwrap();
+            let taps = head.taps(head.nearest(DVec3::Y), 0);
+            let sum: f64 = taps.iter().sum();
+            assert!((sum / 1.5 - 1.0).abs() < 0.023, "{rate} Hz: {sum}");
+            let off = peak(taps).0 as f64 / f64::from(rate) - 1.0 / 3000.0;
+            assert!(off.abs() < 1.0 / f64::from(rate), "{rate} Hz: {off} s");
+        }
+    }
+
     #[test]
     fn files_that_are_none_or_damaged_are_errors() {
-        assert!(Head::read(b"RIFF").unwrap_err().to_string().contains("SimpleFreeFieldHRIR"));
-        assert!(Head::read(b"").is_err());
+        assert!(Head::read(b"RIFF", SAMPLE_RATE_HZ).unwrap_err().to_string().contains("SimpleFreeFieldHRIR"));
+        assert!(Head::read(b"", SAMPLE_RATE_HZ).is_err());
         for length in (0..FILE.len()).step_by(1013) {
-            assert!(Head::read(&FILE[..length]).is_err(), "cut at {length}");
+            assert!(Head::read(&FILE[..length], SAMPLE_RATE_HZ).is_err(), "cut at {length}");
         }
     }
 }

@@ -2,45 +2,72 @@
 //!
 //! p = Σ_b W_b ∗ Σ_k a_kb δ(t − t_k): the pulses of [`crate::pulses`] with their amplitudes in band b, filtered by the gain W_b of
 //! [`crate::crossover`], summed over the bands. Pulses come before filters, so that a band holds nothing of another's changes in time.
-
-use std::sync::Arc;
+//!
+//! A pulse of amplitude 1 has the spectrum 1 at any sample rate, so that a recording keeps its level in a convolution at that rate, and
+//! |P|² does not depend on the rate. To convert a response to another rate like a recording changes it by the ratio of the rates: 9.5 dB from 48 to
+//! 16 kHz. So it is made at the rate that is wanted; bands above half of it are left out.
 
 use glam::DVec3;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use realfft::num_complex::Complex;
 use sonel_echogram::Response;
 
 use crate::ambisonics::{Frame, channels};
-use crate::crossover::Crossover;
+use crate::crossover::{Crossover, NARROW};
 use crate::head::{self, Head};
-use crate::pulses::{self, Pulses};
-use crate::{SAMPLE_RATE_HZ, SoundError};
+use crate::matching::{Gains, Matching};
+use crate::plane_waves::PlaneWaves;
+use crate::pulses::Pulses;
+use crate::transform::{Spectrum, Transform, through};
+use crate::{SAMPLE_RATE_HZ, SoundError, fractional};
 
-/// Silence about the response in which the filters of bands ring behind those of a head: 0.17 s.
-const PADDING: usize = 2 * head::LONGEST;
+/// How impulse responses are made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SoundSettings {
+    /// Volume of a closed room, from which the echo density follows [m³]; none in the open.
+    pub volume: Option<f64>,
+    /// Another seed gives other signs, times and directions of the waves.
+    pub seed: u64,
+    /// Samples per second, one of [`crate::SAMPLE_RATES_HZ`].
+    pub sample_rate_hz: u32,
+    /// Whether band energies per 10 ms are those of the response ([`crate::matching`]).
+    pub is_matched: bool,
+}
+
+impl Default for SoundSettings {
+    fn default() -> Self {
+        Self { volume: None, seed: 1, sample_rate_hz: SAMPLE_RATE_HZ, is_matched: false }
+    }
+}
 
 /// Makes impulse responses of one response.
 pub struct Synthesizer<'a> {
     response: &'a Response,
-    volume: Option<f64>,
-    seed: u64,
+    settings: SoundSettings,
+    /// Samples of an impulse response.
     samples: usize,
+    /// Silence about the response in which the filters of bands ring behind those of a head [samples]: 0.17 s.
+    padding: usize,
     crossover: Crossover,
-    forward: Arc<dyn RealToComplex<f64>>,
-    backward: Arc<dyn ComplexToReal<f64>>,
+    matching: Option<Matching>,
+    transform: Transform,
 }
 
 impl<'a> Synthesizer<'a> {
-    /// For a room of so many m³, from which the echo density follows; without a volume, as in the open, every sample has its pulse.
-    /// Another `seed` gives other signs and times of the pulses.
+    /// For all sources and receivers of a `response`.
     #[must_use]
-    pub fn new(response: &'a Response, volume: Option<f64>, seed: u64) -> Self {
-        let samples = pulses::sample_count(response);
-        let length = (samples + 2 * PADDING).next_power_of_two();
-        let mut planner = RealFftPlanner::new();
-        let step_hz = f64::from(SAMPLE_RATE_HZ) / length as f64;
-        let crossover = Crossover::new(&response.center_frequency_hz, step_hz, length / 2 + 1);
-        let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
-        Self { response, volume, seed, samples, crossover, forward, backward }
+    pub fn new(response: &'a Response, settings: SoundSettings) -> Self {
+        let rate = f64::from(settings.sample_rate_hz);
+        let end = response.time_edges_s.last().copied().unwrap_or(0.0);
+        let samples = libm::round(end.max(0.0) * rate) as usize + 1;
+        let padding = 2 * head::longest(settings.sample_rate_hz);
+        let length = (samples + 2 * padding).next_power_of_two();
+        let (step_hz, count) = (rate / length as f64, length / 2 + 1);
+        let crossover = Crossover::new(&response.center_frequency_hz, NARROW, step_hz, count);
+        let place = padding..padding + samples;
+        let matching = settings
+            .is_matched
+            .then(|| Matching::new(&response.center_frequency_hz, (rate, place), step_hz, count));
+        Self { response, settings, samples, padding, crossover, matching, transform: Transform::new(length) }
     }
 
     /// Pressure of source `s` at receiver `r` relative to a free field at 1 m, from the emission to the end of the echogram.
@@ -48,8 +75,8 @@ impl<'a> Synthesizer<'a> {
     /// # Errors
     /// When listed arrivals are not part of the echogram.
     pub fn impulse_response(&self, s: usize, r: usize) -> Result<Vec<f32>, SoundError> {
-        let pulses = Pulses::new(self.response, (s, r), self.volume, self.seed)?;
-        Ok(self.filtered(&pulses, |_| &[1.0]))
+        let pulses = self.pulses((s, r))?;
+        Ok(self.filtered(&pulses, &self.rounds(&pulses), |_| &[1.0]))
     }
 
     /// The same in ambisonics up to `order`, at most 3, with `up` a unit vector: the left side is the lateral axis of the receiver. Channel 0 is
@@ -65,8 +92,11 @@ impl<'a> Synthesizer<'a> {
     ) -> Result<Vec<Vec<f32>>, SoundError> {
         let (pulses, frame) = self.directed_pulses((s, r), up)?;
         let gains: Vec<Vec<f64>> = pulses.direction.iter().map(|u| frame.gains(order, *u)).collect();
+        let rounds = self.rounds(&pulses);
         Ok((0..channels(order))
-            .map(|channel| self.filtered(&pulses, |pulse| std::slice::from_ref(&gains[pulse][channel])))
+            .map(|channel| {
+                self.filtered(&pulses, &rounds, |pulse| std::slice::from_ref(&gains[pulse][channel]))
+            })
             .collect())
     }
 
@@ -83,51 +113,92 @@ impl<'a> Synthesizer<'a> {
     ) -> Result<Vec<Vec<f32>>, SoundError> {
         let (pulses, frame) = self.directed_pulses((s, r), up)?;
         let nearest: Vec<usize> = pulses.direction.iter().map(|u| head.nearest(frame.local(*u))).collect();
-        Ok((0..2).map(|ear| self.filtered(&pulses, |pulse| head.taps(nearest[pulse], ear))).collect())
+        let rounds = self.rounds(&pulses);
+        Ok((0..2)
+            .map(|ear| self.filtered(&pulses, &rounds, |pulse| head.taps(nearest[pulse], ear)))
+            .collect())
+    }
+
+    fn pulses(&self, (s, r): (usize, usize)) -> Result<Pulses, SoundError> {
+        let SoundSettings { seed, volume, .. } = self.settings;
+        let waves = PlaneWaves::new(seed, s, volume, self.response.speed_of_sound);
+        Pulses::new(self.response, (s, r), waves)
     }
 
     fn directed_pulses(&self, (s, r): (usize, usize), up: DVec3) -> Result<(Pulses, Frame), SoundError> {
         let directions = self.response.directions.as_ref().ok_or(SoundError::NoDirections)?;
-        let pulses = Pulses::new(self.response, (s, r), self.volume, self.seed)?;
+        let pulses = self.pulses((s, r))?;
         Ok((pulses, Frame::new(directions.lateral_axes[r].into(), up)))
     }
 
-    /// The sum of all pulses, each with the taps of a filter, in their bands.
-    fn filtered<'t>(&self, pulses: &Pulses, taps_of: impl Fn(usize) -> &'t [f64]) -> Vec<f32> {
+    /// Gains that match the pressure with the response; none where they are not asked for. They are those of the pressure in all channels.
+    fn rounds(&self, pulses: &Pulses) -> Vec<Gains> {
+        let rounds =
+            |matching: &Matching| matching.rounds(&self.transform, pulses, self.spectrum(pulses, |_| &[1.0]));
+        self.matching.as_ref().map(rounds).unwrap_or_default()
+    }
+
+    /// The sum of all pulses, each with the taps of a filter, matched.
+    fn filtered<'t>(
+        &self,
+        pulses: &Pulses,
+        rounds: &[Gains],
+        taps_of: impl Fn(usize) -> &'t [f64],
+    ) -> Vec<f32> {
+        let mut spectrum = self.spectrum(pulses, taps_of);
+        for (matching, gains) in
+            self.matching.iter().flat_map(|one| rounds.iter().map(move |gains| (one, gains)))
+        {
+            spectrum = matching.multiplied(&self.transform, &spectrum, gains);
+        }
+        let pressure = self.transform.signal(spectrum);
+        pressure[self.padding..self.padding + self.samples].iter().map(|value| *value as f32).collect()
+    }
+
+    /// Spectrum of the sum of all pulses, each with the taps of a filter, in their bands.
+    fn spectrum<'t>(&self, pulses: &Pulses, taps_of: impl Fn(usize) -> &'t [f64]) -> Spectrum {
         let bands = self.response.bands();
-        let mut spectrum = self.forward.make_output_vec();
-        let mut sum = self.forward.make_output_vec();
-        for band in 0..bands {
-            let mut train = self.forward.make_input_vec();
-            let all = pulses.sample.iter().zip(pulses.amplitude.chunks_exact(bands));
-            for (pulse, (sample, amplitude)) in all.enumerate() {
-                let places = &mut train[PADDING + sample..];
-                places.iter_mut().zip(taps_of(pulse)).for_each(|(sum, tap)| *sum += amplitude[band] * tap);
+        let mut trains = vec![self.transform.silence(); bands];
+        let mut convolved = Vec::new();
+        let all = pulses.time.iter().zip(pulses.amplitude.chunks_exact(bands));
+        for (pulse, (time, amplitude)) in all.enumerate() {
+            let (first, values) = fractional::pulse(time * f64::from(self.settings.sample_rate_hz));
+            let taps = taps_of(pulse);
+            convolved.clear();
+            convolved.resize(values.len() + taps.len() - 1, 0.0);
+            for (at, tap) in taps.iter().enumerate() {
+                convolved[at..].iter_mut().zip(&values).for_each(|(sum, value)| *sum += tap * value);
             }
-            self.forward.process(&mut train, &mut spectrum).expect("buffers are the plan's own");
-            for ((sum, value), gain) in sum.iter_mut().zip(&spectrum).zip(self.crossover.gains(band)) {
-                *sum += value * gain;
+            let first = self.padding.saturating_add_signed(first);
+            for (train, amplitude) in trains.iter_mut().zip(amplitude) {
+                let places = train[first..].iter_mut().zip(&convolved);
+                places.for_each(|(sum, value)| *sum += amplitude * value);
             }
         }
-        let mut pressure = self.backward.make_output_vec();
-        self.backward
-            .process(&mut sum, &mut pressure)
-            .expect("the ends of a real signal's spectrum are real");
-        let scale = 1.0 / pressure.len() as f64;
-        pressure[PADDING..PADDING + self.samples].iter().map(|value| (value * scale) as f32).collect()
+        let mut sum = Vec::new();
+        for (band, train) in trains.into_iter().enumerate() {
+            let part = through(&self.transform.spectrum(train), self.crossover.gains(band));
+            sum.resize(part.len(), Complex::ZERO);
+            sum.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
+        }
+        sum
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use realfft::RealFftPlanner;
     use sonel_echogram::{Arrivals, Directions, Lateral};
     use std::f64::consts::PI;
 
+    const ROOM: SoundSettings =
+        SoundSettings { volume: Some(100.0), seed: 1, sample_rate_hz: SAMPLE_RATE_HZ, is_matched: false };
     const CENTERS: [f64; 3] = [500.0, 1000.0, 2000.0];
-    const DIRECT_TIME: f64 = 0.0123;
+    /// On sample 590.
+    const DIRECT_TIME: f64 = 590.0 / 48_000.0;
 
-    /// 4.2189 m from a source, with these energies of the direct sound and others in the bin behind it.
+    /// 4.216 m from a source, with these energies of the direct sound and others in the bin behind it.
     fn response(direct: [f64; 3], behind: [f64; 3]) -> Response {
         let bins = 200;
         let mut energy = vec![0.0; 3 * bins];
@@ -166,10 +237,15 @@ mod tests {
 
     /// Mean of |P|² over an octave.
     fn band_energy(pressure: &[f32], center: f64) -> f64 {
+        band_energy_at(SAMPLE_RATE_HZ, pressure, center)
+    }
+
+    /// The same of pressure at another rate.
+    fn band_energy_at(rate: u32, pressure: &[f32], center: f64) -> f64 {
         let mut samples: Vec<f64> = pressure.iter().map(|sample| f64::from(*sample)).collect();
-        samples.resize(1 << 15, 0.0);
+        samples.resize(1 << 17, 0.0);
         let plan = RealFftPlanner::new().plan_fft_forward(samples.len());
-        let (mut spectrum, step) = (plan.make_output_vec(), 48_000.0 / samples.len() as f64);
+        let (mut spectrum, step) = (plan.make_output_vec(), f64::from(rate) / samples.len() as f64);
         plan.process(&mut samples, &mut spectrum).unwrap();
         let inside = |index: usize| (0.5_f64.sqrt()..2_f64.sqrt()).contains(&(index as f64 * step / center));
         let squares: Vec<f64> = spectrum
@@ -185,7 +261,7 @@ mod tests {
     fn direct_sound_is_one_pulse_of_one_over_the_distance() {
         let distance = 343.0 * DIRECT_TIME;
         let response = response([1.0 / (4.0 * PI * distance * distance); 3], [0.0; 3]);
-        let pressure = Synthesizer::new(&response, Some(100.0), 1).impulse_response(0, 0).unwrap();
+        let pressure = Synthesizer::new(&response, ROOM).impulse_response(0, 0).unwrap();
         assert_eq!(pressure.len(), 9601);
         for (sample, value) in pressure.iter().enumerate() {
             let expected = if sample == 590 { 1.0 / distance } else { 0.0 };
@@ -200,7 +276,7 @@ mod tests {
     fn an_arrival_has_its_energies_in_every_band() {
         let energies = [0.010, 0.004, 0.001];
         let response = response(energies, [0.0; 3]);
-        let pressure = Synthesizer::new(&response, Some(100.0), 1).impulse_response(0, 0).unwrap();
+        let pressure = Synthesizer::new(&response, ROOM).impulse_response(0, 0).unwrap();
         for (center, energy) in CENTERS.into_iter().zip(energies) {
             let off = 10.0 * libm::log10(band_energy(&pressure, center) / (4.0 * PI * energy));
             assert!(off.abs() < 0.1, "{center} Hz: {off} dB");
@@ -228,19 +304,49 @@ mod tests {
                 order: vec![1; count],
                 kind: vec![1; count],
             };
-            let pulses = crate::pulses::Pulses::new(&response, (0, 0), Some(100.0), 1).unwrap();
-            assert_eq!(pulses.sample.len(), count, "rounding is no sound");
+            let waves = PlaneWaves::new(1, 0, None, 343.0);
+            let pulses = Pulses::new(&response, (0, 0), waves).unwrap();
+            assert_eq!(pulses.time.len(), count, "rounding is no sound");
             // An arrival that the bin has not is still an error.
             let before = response.energy[12];
             response.energy[12] = before * 0.999_999;
-            assert!(crate::pulses::Pulses::new(&response, (0, 0), Some(100.0), 1).is_err());
+            assert!(Pulses::new(&response, (0, 0), waves).is_err());
         }
+    }
+
+    /// Late sound has the same waves at every rate: to 0.05 dB of what 48 kHz has; conversion as of a recording changes it by 9.5 dB.
+    #[test]
+    fn every_rate_has_the_energies_of_its_bands() {
+        let response = response([0.010, 0.004, 0.001], [0.02, 0.03, 0.04]);
+        let at = |sample_rate_hz| {
+            Synthesizer::new(&response, SoundSettings { sample_rate_hz, ..ROOM })
+                .impulse_response(0, 0)
+                .unwrap()
+        };
+        let off = |rate: u32, pressure: &[f32], center: f64| {
+            let expected = band_energy(&at(SAMPLE_RATE_HZ), center);
+            10.0 * libm::log10(band_energy_at(rate, pressure, center) / expected)
+        };
+        for rate in [8000, 16_000, 44_100, 96_000, 192_000] {
+            let pressure = at(rate);
+            assert_eq!(pressure.len(), rate as usize / 5 + 1);
+            for center in CENTERS {
+                let off = off(rate, &pressure, center);
+                assert!(off.abs() < 0.05, "{rate} Hz, octave {center} Hz: {off} dB");
+            }
+        }
+        let converted = crate::resample(&at(SAMPLE_RATE_HZ), SAMPLE_RATE_HZ, 16_000).unwrap();
+        assert!((off(16_000, &converted, 1000.0) + 9.54).abs() < 0.1);
     }
 
     #[test]
     fn another_seed_is_another_realisation_and_the_same_seed_the_same() {
         let response = response([0.001; 3], [0.002; 3]);
-        let realise = |seed| Synthesizer::new(&response, None, seed).impulse_response(0, 0).unwrap();
+        let realise = |seed| {
+            Synthesizer::new(&response, SoundSettings { seed, ..SoundSettings::default() })
+                .impulse_response(0, 0)
+                .unwrap()
+        };
         assert_eq!(realise(1), realise(1));
         assert_ne!(realise(1), realise(2));
     }
@@ -264,7 +370,10 @@ mod tests {
     #[test]
     fn the_first_channel_is_the_impulse_response_and_direct_sound_is_ahead() {
         let response = directed([0.001; 3], [0.0; 3]);
-        let synthesizer = Synthesizer::new(&response, Some(100.0), 1);
+        let matched = Synthesizer::new(&response, SoundSettings { is_matched: true, ..ROOM });
+        let channel = matched.ambisonics((0, 0), 1, UP).unwrap().swap_remove(0);
+        assert_eq!(channel, matched.impulse_response(0, 0).unwrap());
+        let synthesizer = Synthesizer::new(&response, ROOM);
         let channels = synthesizer.ambisonics((0, 0), 3, UP).unwrap();
         assert!(channels.len() == 16 && channels[0] == synthesizer.impulse_response(0, 0).unwrap());
         // Straight ahead: W, X, −R/2, U √¾, −L √⅜, P √⅝.
@@ -283,7 +392,9 @@ mod tests {
         let response = directed([0.001; 3], [0.002; 3]);
         let mut sums = [0.0; 4];
         for seed in 0..100 {
-            let channels = Synthesizer::new(&response, None, seed).ambisonics((0, 0), 1, UP).unwrap();
+            let channels = Synthesizer::new(&response, SoundSettings { seed, ..SoundSettings::default() })
+                .ambisonics((0, 0), 1, UP)
+                .unwrap();
             for (sum, channel) in sums.iter_mut().zip(&channels) {
                 let window = 624..672;
                 let products = window.map(|at| f64::from(channels[0][at]) * f64::from(channel[at]));
@@ -302,10 +413,10 @@ mod tests {
     #[test]
     fn direct_sound_from_the_left_reaches_the_left_ear_first() {
         let mut response = directed([0.001; 3], [0.0; 3]);
-        let head = Head::read(include_bytes!("../tests/cardioid-head.sofa")).unwrap();
+        let head = Head::read(include_bytes!("../tests/cardioid-head.sofa"), SAMPLE_RATE_HZ).unwrap();
         let peaks = |response: &Response| {
-            let ears = Synthesizer::new(response, Some(100.0), 1).binaural((0, 0), &head, UP).unwrap();
-            let mono = Synthesizer::new(response, Some(100.0), 1).impulse_response(0, 0).unwrap()[590];
+            let ears = Synthesizer::new(response, ROOM).binaural((0, 0), &head, UP).unwrap();
+            let mono = Synthesizer::new(response, ROOM).impulse_response(0, 0).unwrap()[590];
             let peak = |ear: &Vec<f32>| (0..ear.len()).max_by(|a, b| ear[*a].abs().total_cmp(&ear[*b].abs()));
             assert_eq!((ears.len(), ears[0].len()), (2, 9601));
             [0, 1].map(|ear| {
@@ -329,7 +440,8 @@ mod tests {
     #[test]
     fn ambisonics_need_directions() {
         let response = response([0.001; 3], [0.0; 3]);
-        let error = Synthesizer::new(&response, None, 1).ambisonics((0, 0), 1, UP).unwrap_err();
+        let error =
+            Synthesizer::new(&response, SoundSettings::default()).ambisonics((0, 0), 1, UP).unwrap_err();
         assert!(error.to_string().contains("--directions"), "{error}");
     }
 
@@ -337,7 +449,10 @@ mod tests {
     fn arrivals_that_are_not_in_the_echogram_are_refused() {
         let mut response = response([0.001; 3], [0.002; 3]);
         response.arrivals.energy[1] = 0.01;
-        let error = Synthesizer::new(&response, None, 1).impulse_response(0, 0).unwrap_err().to_string();
-        assert!(error.contains("\"seat\"") && error.contains("0.0123"), "{error}");
+        let error = Synthesizer::new(&response, SoundSettings::default())
+            .impulse_response(0, 0)
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("\"seat\"") && error.contains("0.012292"), "{error}");
     }
 }

@@ -1,8 +1,8 @@
 //! Pressure impulse responses of energy echograms, convolution, WAV files.
 //!
 //! A response has energies per band and time, no phases. [`impulse`] draws a pressure with these energies: listed
-//! arrivals as single pulses at their time ([`pulses`]), everything else as pulses of random sign, shaped by linear-phase
-//! band filters ([`crossover`]). Where the response has directions, so have the pulses: in [`ambisonics`], or at the
+//! arrivals as single pulses ([`pulses`]), everything else as pulses of [`plane_waves`] that all receivers share. Pulses lie between samples
+//! ([`fractional`]), linear-phase band filters ([`crossover`]) shape them, and [`matching`] gives one draw the energies of the echogram. Where the response has directions, so have the pulses: in [`ambisonics`], or at the
 //! ears of a [`head`]. [`iacc`](iacc()) reads the correlation of two ears. [`convolution`] applies it to a recording, [`wav`] reads and writes.
 //!
 //! Pressure is relative to that of an omnidirectional source of the same power at 1 m in a free field: direct sound is 1/r,
@@ -15,21 +15,28 @@ pub mod ambisonics;
 pub mod convolution;
 pub mod crossover;
 mod error;
+pub mod fractional;
 pub mod head;
 mod iacc;
 pub mod impulse;
+pub mod matching;
+pub mod plane_waves;
 pub mod pulses;
 pub mod resampling;
+mod sphere;
 mod stored;
+mod transform;
 pub mod wav;
 
 pub use convolution::convolve;
 pub use error::SoundError;
 pub use head::Head;
 pub use iacc::{BandIacc, Iacc, iacc};
-pub use impulse::Synthesizer;
+pub use impulse::{SoundSettings, Synthesizer};
 pub use resampling::resample;
 pub use wav::Recording;
 
-/// Sample rate of impulse responses [Hz].
+/// Sample rate of impulse responses unless another one is asked for [Hz].
 pub const SAMPLE_RATE_HZ: u32 = 48_000;
+/// Sample rates of impulse responses [Hz].
+pub const SAMPLE_RATES_HZ: std::ops::RangeInclusive<u32> = 8000..=192_000;

@@ -8,7 +8,7 @@ use sonel_sound::Head;
 fn read(name: &str) -> Result<Head, String> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/sofa");
     let file = std::fs::read(format!("{folder}/{name}.sofa")).expect("a file of the corpus");
-    Head::read(&file).map_err(|error| error.to_string())
+    Head::read(&file, sonel_sound::SAMPLE_RATE_HZ).map_err(|error| error.to_string())
 }
 
 #[test]

@@ -10,12 +10,12 @@ use sonel_scene::Scene;
 
 use crate::response::receivers_of;
 
-/// Points of the grid along an axis.
+/// Points of the grid along an axis. Chosen, not measured: an odd number, whose middle is mid-room.
 const STEPS: u32 = 9;
-/// Its name in every output.
+/// Name of the receiver in every output.
 const NAME: &str = "mid-room";
 
-/// Receivers at the most: more would cost much and tell little.
+/// Most receivers. Chosen, not measured: each costs as much as the first; doubled, plans cost up to twice as much.
 const MOST: usize = 16;
 
 /// The receivers at which the accuracy of a run is read in `scene`, whose walls are `geometry`: those it names or, of very many, some from first to last.

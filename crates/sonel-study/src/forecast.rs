@@ -112,7 +112,7 @@ impl Pilot {
         self
     }
 
-    /// What `effort` costs.
+    /// Cost of `effort`.
     #[must_use]
     pub fn price(&self, effort: Effort) -> Price {
         let Costs { trace, open, render, rays, bytes, .. } = self.costs;

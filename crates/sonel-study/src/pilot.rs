@@ -20,32 +20,33 @@ use crate::pipeline::{Clock, InMemory, NoClock, PipelineError, Rendered, Room, T
 use crate::split::{self, RenderedTwice, Variance};
 use crate::spread::{Place, Reading, pooled_kurtosis, readings};
 
-/// Batches of each of its runs.
+/// Batches of each run, as many as a run has by default.
 const BATCHES: u32 = 32;
-/// Emissions of pilots, the most first.
+/// Emissions of pilots, the most first: 96, 48 and 24 chunks. Chosen, not measured; doubled, pilots take twice as long.
 const EMISSIONS: [u64; 3] = [49_152, 24_576, 12_288];
-/// A pilot longer than the shortest has at most so many segments times rays to evaluation receivers and along the path.
+/// Most work of a pilot longer than the shortest: segments times rays to evaluation receivers and along the path. Chosen, not measured; doubled,
+/// pilots take up to twice as long.
 const WORK: f64 = 1.2e6;
 /// The same where few strong paths carry a parameter.
 const WORK_FOR_TAILS: f64 = 1e7;
-/// The shorter run has this part of the shortest pilot's emissions.
+/// Emissions of the shortest pilot over those of its shorter run, which separates the cost of an emission from that of a start.
 const SHORTER: u64 = 4;
-/// A part of the rays tells the noise of all.
+/// Rays of a pilot over those of its second rendering, which separates their noise from that of packets.
 const FEWER_RAYS: u32 = 2;
-/// Emissions of [`segments`].
+/// Emissions of [`segments`]: half a chunk. Chosen, not measured.
 pub const FEW: u64 = 256;
-/// What tells the seeds of pilots from those of users: the golden ratio's bits.
+/// Bits that distinguish the seeds of pilots from those of users: the golden ratio's.
 const SEED: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// The part of a run's time that its pilot may take in CPU seconds, even if a single processor works.
+/// Largest share of a run's time that its pilot takes in CPU seconds [1], even if a single processor works. Chosen, not measured.
 pub const SHARE_OF_TIME: f64 = 0.3;
 
-/// What a pilot found.
+/// Result of a pilot.
 #[derive(Debug, Clone)]
 pub struct Pilot {
     /// Emissions per source of each of its runs (per source and band where bands do not share paths).
     pub emissions: u64,
-    /// Its batches.
+    /// Batches.
     pub batches: u32,
     /// Visibility rays of a receiver.
     pub rays: u32,
@@ -53,27 +54,27 @@ pub struct Pilot {
     pub casts_rays: bool,
     /// Columns of a receiver's echograms: more where directions are asked for.
     pub columns: Columns,
-    /// How uncertain each parameter was.
+    /// Uncertainty of each parameter.
     pub spreads: Vec<Spread>,
     /// What it cost.
     pub costs: Costs,
 }
 
-/// How uncertain one parameter was in a pilot, in just-noticeable differences.
+/// Uncertainty of one parameter in a pilot [JND].
 #[derive(Debug, Clone)]
 pub struct Spread {
-    /// Which parameter.
+    /// The parameter.
     pub place: Place,
-    /// Its mean value; none where every run refused it as too noisy.
+    /// Mean value; none where every run refused it as too noisy.
     pub value: Option<f64>,
-    /// Its variance, or why nobody can say.
+    /// Variance, or the reason why there is none.
     pub variance: Result<Variance, String>,
     /// Excess kurtosis that a batch of a single emission would have: large where few strong paths carry the parameter, so that its
     /// variance is itself uncertain.
     pub tail: f64,
 }
 
-/// What a run costs in this scene, on this machine where it is time.
+/// Cost of a run in this scene; times are those of this machine.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Costs {
     /// CPU seconds of tracing and writing.
@@ -122,19 +123,19 @@ impl Linear {
     }
 }
 
-/// Who a pilot is for.
+/// Purpose of a pilot.
 pub struct PilotConfig<'a> {
     /// The scene.
     pub room: &'a Room<'a>,
     /// Settings of the run that is planned.
     pub trace: Settings,
-    /// How it will be heard.
+    /// Settings of the rendering.
     pub render: RenderSettings,
     /// Whether the packets are those of a map, and more rays or fewer shall be planned. Else rays follow from the packets.
     pub is_traced: bool,
-    /// Where.
+    /// Receivers.
     pub receivers: &'a [ReceiverPoint],
-    /// Which parameters matter.
+    /// Parameters that matter.
     pub parameters: &'a [Parameter],
     /// CPU seconds that a pilot may take, where the clock matters; its shortest form, a quarter of the shortest otherwise, takes what it
     /// takes.
@@ -217,7 +218,7 @@ pub fn run(config: &PilotConfig<'_>, clock: &dyn Clock) -> Result<Pilot, Pipelin
     Ok(found(config, &shorter, &run, fewer.as_ref()))
 }
 
-/// What the runs say.
+/// Values of the runs.
 fn found(config: &PilotConfig<'_>, shorter: &Run, run: &Run, fewer: Option<&Rendered>) -> Pilot {
     let found = readings(&run.rendered.parameters, config.parameters);
     let others = fewer.map(|fewer| RenderedTwice {
@@ -235,7 +236,7 @@ fn found(config: &PilotConfig<'_>, shorter: &Run, run: &Run, fewer: Option<&Rend
         rays: run.rays,
         casts_rays: run.rendered.casts_rays,
         columns: if config.render.directions { Columns::DIRECTED } else { Columns::PLAIN },
-        spreads: spreads(&found, (emissions, batches), share),
+        spreads: spreads(&found, emissions, batches, share),
         costs: costs(shorter, run, fewer),
     }
 }
@@ -281,7 +282,8 @@ fn render_with_fewer_rays(
 /// the variance.
 pub(crate) fn spreads(
     found: &[Reading],
-    (emissions, batches): (u64, u32),
+    emissions: u64,
+    batches: u32,
     share: impl Fn(Parameter) -> f64,
 ) -> Vec<Spread> {
     let spread = |reading: &Reading| Spread {

@@ -46,9 +46,9 @@ impl Clock for NoClock {
     }
 }
 
-/// Where a map is kept while it is tried.
+/// Storage of a map while it is tried.
 pub trait MapStore {
-    /// What the map is written to.
+    /// File that the map is written to.
     type Writer: Write + Seek + Send;
 
     /// Begins a map.
@@ -207,7 +207,7 @@ impl<'a> Room<'a> {
         self.scene
     }
 
-    /// Its walls.
+    /// Walls.
     #[must_use]
     pub fn geometry(&self) -> &Geometry {
         &self.geometry

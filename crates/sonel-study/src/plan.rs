@@ -1,8 +1,10 @@
 //! Numbers of packets and rays for an accuracy (just-noticeable differences or targets), before a trace or before a rendering.
 
 use sonel_analysis::Parameter;
-use sonel_renderer::{Columns, RAYS_IN_FLIGHT, ReceiverPoint};
+use sonel_map::CHUNK_EMISSIONS;
+use sonel_renderer::{BATCHES_IN_FLIGHT, Columns, RAYS_IN_FLIGHT, RECEIVERS_IN_FLIGHT, ReceiverPoint};
 use sonel_scene::Scene;
+use sonel_tracer::CHUNKS_IN_FLIGHT;
 
 use crate::forecast::{Effort, Price, two_digits_up};
 use crate::pilot::{Pilot, Spread};
@@ -10,25 +12,25 @@ use crate::render_need::RenderNeed;
 use crate::spread::{PLANNED, Place};
 use crate::target::Targets;
 
-/// Accuracies of a plan's rows [JND].
+/// Accuracies of a plan's rows [JND]: from what is just heard to the 0.05 of comparisons between variants.
 pub const STEPS: [f64; 5] = [1.0, 0.5, 0.2, 0.1, 0.05];
-/// Emissions of a batch at least: fewer make no estimate of their own.
+/// Fewest emissions of a batch: fewer make no estimate of their own. Chosen, not measured; doubled, the smallest run is twice as long.
 pub const LEAST_PER_BATCH: u64 = 32;
-/// Emissions beyond which nobody plans.
+/// Most emissions of a plan: their map would have about a petabyte.
 const MOST_EMISSIONS: u64 = 1_000_000_000_000;
 
 /// A plan, accuracy by accuracy.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// What it rests on.
+    /// Pilot that it rests on.
     pub pilot: Pilot,
-    /// What names its parameters.
+    /// Names of the parameters.
     pub names: Names,
     /// One for each of [`STEPS`].
     pub rows: Vec<Row>,
 }
 
-/// What an accuracy takes.
+/// Effort for an accuracy.
 #[derive(Debug, Clone)]
 pub struct Row {
     /// The accuracy [JND].
@@ -50,7 +52,7 @@ pub struct Row {
 /// Half of a 95 % interval that is predicted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Width {
-    /// What to expect.
+    /// Expected half-width, in the parameter's own unit.
     pub expected: f64,
     /// Between which bounds it is found in 19 of 20 runs ([`Pilot::range`]).
     pub range: [f64; 2],
@@ -66,7 +68,7 @@ pub struct Need {
 }
 
 impl Pilot {
-    /// What it takes to keep `targets` in `batches` batches.
+    /// Effort that keeps `targets` in `batches` batches.
     #[must_use]
     pub fn need(&self, targets: &Targets, batches: u32) -> Need {
         let fewest = Effort::of_trace(LEAST_PER_BATCH * u64::from(batches), batches);
@@ -152,7 +154,7 @@ impl Plan {
     }
 }
 
-/// What names the parameters of a rendering.
+/// Names of the parameters of a rendering.
 #[derive(Debug, Clone)]
 pub struct Names {
     /// Source and receiver of every row of parameters.
@@ -245,20 +247,18 @@ impl Width {
     }
 }
 
-/// Chunks under way while others are written, emissions of each.
-const CHUNKS: f64 = 64.0 * 512.0;
-/// What a program is by itself [bytes].
+/// Most emissions in memory: chunks under way while as many are written.
+pub const EMISSIONS_UNDER_WAY: f64 = (2 * CHUNKS_IN_FLIGHT * CHUNK_EMISSIONS) as f64;
+/// Memory of a program by itself [bytes].
 const PROGRAM: f64 = 10e6;
-/// Receivers and batches in one sweep of the renderer.
-const SWEEP: [f64; 2] = [8.0, 8.0];
 /// A disc with its place in lists [bytes]. A ray leaves about as many as a packet has segments.
 const DISC_BYTES: f64 = 250.0;
-/// Coarse bins of a batch.
+/// Coarse bins of a batch: 20 early and 200 late ones, with those before and after.
 const COARSE: f64 = 222.0;
 
 /// Own memory of a trace [bytes]: chunks under way.
 fn trace_memory(pilot: &Pilot, effort: Effort) -> f64 {
-    PROGRAM + pilot.costs.bytes.each * CHUNKS.min(effort.emissions as f64)
+    PROGRAM + pilot.costs.bytes.each * EMISSIONS_UNDER_WAY.min(effort.emissions as f64)
 }
 
 /// What decides the own memory of a rendering, beside its numbers of packets, rays and receivers.
@@ -279,7 +279,7 @@ impl RenderLoad {
     pub fn memory(&self, effort: Effort, scene: &Scene, receivers: usize, bin: f64) -> f64 {
         let lane_bytes = (size_of::<sonel_map::Lanes>() * sonel_map::lanes_of(scene.bands.count())) as f64;
         let (bins, receivers, sources) = (scene.duration / bin, receivers as f64, scene.sources.len() as f64);
-        let [together, batches] = SWEEP;
+        let [together, batches] = [RECEIVERS_IN_FLIGHT, BATCHES_IN_FLIGHT].map(f64::from);
         let echograms = sources * receivers + batches * receivers.min(together);
         let fine = bins * lane_bytes * echograms * self.columns.fine as f64;
         let coarse = 2.0 * COARSE * lane_bytes * sources * receivers * f64::from(effort.batches);

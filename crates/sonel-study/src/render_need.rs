@@ -15,7 +15,7 @@ use crate::target::Targets;
 /// Rays of a receiver in a batch at least: fewer leave the strata of their directions empty.
 const LEAST_PER_BATCH: u32 = 16;
 
-/// What it takes to hear a map as certainly as targets ask.
+/// Rays and packets that a rendering needs for its targets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderNeed {
     /// The map's packets, and the rays.
@@ -31,7 +31,7 @@ pub struct RenderNeed {
 pub struct Iteration {
     /// Visibility rays of a receiver.
     pub rays: u32,
-    /// What was found.
+    /// Result.
     pub parameters: Vec<ReceiverParameters>,
 }
 
@@ -61,12 +61,12 @@ impl Pilot {
             rays: last.rays,
             casts_rays: twice.is_some(),
             columns: Columns::PLAIN,
-            spreads: spreads(&found, (map.emissions, map.batches), share),
+            spreads: spreads(&found, map.emissions, map.batches, share),
             costs: Costs::default(),
         }
     }
 
-    /// What it takes to keep `targets` in a map of the packets and batches of `map`. Where rays do not matter they are those of `map`.
+    /// Effort that keeps `targets` in a map of the packets and batches of `map`. Where rays do not matter they are those of `map`.
     #[must_use]
     pub fn render_need(&self, targets: &Targets, map: Effort) -> RenderNeed {
         let rays = if self.casts_rays { LEAST_PER_BATCH * map.batches } else { map.rays };

@@ -21,7 +21,7 @@ use crate::response;
 
 /// Packets of each source: a level of −50 dB is certain to a few decibels.
 const PACKETS: u64 = 2048;
-/// Visibility rays of a receiver.
+/// Visibility rays of a receiver: half the packets. Chosen, not measured.
 const RAYS: u32 = 1024;
 /// A run lasts until the decay curve has fallen to this level [dB]: 15 dB below the end of T30, so that what is missing hardly changes it.
 const END_DB: f64 = -50.0;
@@ -72,7 +72,7 @@ impl RoomDecay {
         })
     }
 
-    /// How long a run has to be for every curve to fall by 50 dB [s], at most the length of this one, and the band that decides it.
+    /// Duration in which every curve falls by 50 dB [s], at most that of this run, and the band that decides it.
     #[must_use]
     pub fn duration(&self) -> (f64, usize) {
         let end = |(band, curve): (usize, DecayCurve)| {

@@ -10,11 +10,11 @@ use crate::spread::{Place, Reading, student_factor};
 /// Squares of standard errors in just-noticeable differences.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Variance {
-    /// What shrinks with the number of emissions.
+    /// Part that shrinks with the number of emissions.
     pub packets: f64,
-    /// What shows in the halves of discs and spheres: their shift can be taken for bias.
+    /// Part that shows in the halves of discs and spheres: their shift can be taken for bias.
     pub areas: f64,
-    /// What shrinks with the number of visibility rays.
+    /// Part that shrinks with the number of visibility rays.
     pub rays: f64,
     /// The square of the bias of discs and spheres.
     pub bias: f64,

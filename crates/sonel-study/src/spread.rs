@@ -12,16 +12,13 @@ use crate::kurtosis::excess_kurtosis;
 pub const PLANNED: [Parameter; 4] =
     [Parameter::Level, Parameter::T30, Parameter::EarlyDecayTime, Parameter::ClarityC80];
 
-/// A confidence of 95 %.
-const MISSED: f64 = 0.05;
-
 /// Student's t of a 95 % interval over `batches` batches, at least two.
 #[must_use]
 pub fn student_factor(batches: u32) -> f64 {
-    student::quantile(MISSED, batches.max(2) - 1)
+    student::quantile(student::MISSED, batches.max(2) - 1)
 }
 
-/// Which parameter: row of [`sonel_analysis::parameters`], band, parameter.
+/// Address of a parameter: row of [`sonel_analysis::parameters`], band, parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
     /// Source and receiver, in the order of [`sonel_analysis::parameters`].
@@ -32,16 +29,16 @@ pub struct Place {
     pub parameter: Parameter,
 }
 
-/// How uncertain one parameter is.
+/// Uncertainty of one parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
-    /// Which one.
+    /// The parameter.
     pub place: Place,
-    /// Its value, in the unit of its parameter; none where it is refused as too noisy.
+    /// Value, in the unit of the parameter; none where it is refused as too noisy.
     pub value: Option<f64>,
     /// Half of its 95 % interval, or why nobody can say.
     pub half_width: Result<HalfWidth, String>,
-    /// What discs and spheres do to it, in just-noticeable differences; none where they do nothing.
+    /// Bias of discs and spheres [JND]; none where nothing is averaged over an area.
     pub kernel: Option<KernelShift>,
     /// Excess kurtosis of the batches: above zero where few of them are far from the others.
     pub excess_kurtosis: f64,
@@ -107,7 +104,7 @@ fn reading(estimate: &ParameterValue, parameter: Parameter) -> (Option<f64>, Res
     let half_width = match (&estimate.interval, &estimate.error) {
         (Ok([low, high]), Some(error)) => {
             let unit = parameter.just_noticeable(estimate.value);
-            let noise = student::quantile(MISSED, error.freedom) * error.sigma;
+            let noise = student::quantile(student::MISSED, error.freedom) * error.sigma;
             Ok(HalfWidth { noise: noise / unit, beside: ((0.5 * (high - low) - noise) / unit).max(0.0) })
         }
         (Err(reason), _) => Err(reason.to_string()),

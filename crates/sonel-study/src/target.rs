@@ -29,7 +29,7 @@ pub enum Limit {
     Absolute(f64),
 }
 
-/// What cannot be read.
+/// Error of a target's text.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum TargetError {
     /// Not a limit at all.
@@ -49,9 +49,9 @@ pub enum TargetError {
     Unit {
         /// The parameter.
         estimate: &'static str,
-        /// What stood there.
+        /// The text found.
         unit: String,
-        /// What might.
+        /// The texts allowed.
         example: &'static str,
     },
     /// Not a number above zero.

@@ -9,12 +9,13 @@
 use crate::spread::{Place, Reading};
 use crate::target::Targets;
 
-/// Emissions are taken more by this factor than the last variance asks for.
+/// Factor on the emissions that the last variance asks for [1]: the standard error of a variance from 32 batches is 25 %, of half-widths 13 %.
 pub const MARGIN: f64 = 1.15;
-/// Bounds of the growth from iteration to iteration.
+/// Least and largest growth from iteration to iteration [1]: below the first the price of rendering again counts, above the second the
+/// extrapolation of the variance. Chosen, not measured.
 const GROWTH: [f64; 2] = [1.2, 8.0];
 
-/// An iteration is worth while if it has this many times the effort of the last.
+/// Least effort of an iteration relative to the last [1]: intervals shrink by 5 %. Chosen, not measured.
 pub const WORTH_WHILE: f64 = 1.1;
 
 /// How many after `count`, where `needed` are; some more, as the need is an estimate.
@@ -40,7 +41,7 @@ pub struct Worst {
     pub place: Place,
     /// Half of its 95 % interval [JND].
     pub half_width: f64,
-    /// Its limit [JND].
+    /// Limit [JND].
     pub limit: f64,
 }
 

@@ -20,4 +20,4 @@ pub mod refraction;
 pub mod run;
 mod zone;
 
-pub use run::{TraceError, TracedChunk, Tracer};
+pub use run::{CHUNKS_IN_FLIGHT, TraceError, TracedChunk, Tracer};

@@ -37,11 +37,11 @@ struct Packet {
     /// See [`Emission::deciding`].
     deciding: usize,
     passed: Passed,
-    /// What the last partition does with it.
+    /// Event at the last partition.
     passage: Passage,
 }
 
-/// Where a partition leads.
+/// Exit of a partition.
 #[derive(Clone, Copy)]
 enum Passage {
     /// On, or there was none.
@@ -62,7 +62,7 @@ enum Passed {
     Last,
 }
 
-/// How one packet begins.
+/// Start of one packet.
 pub struct Emission<'a> {
     /// Place of the source about the scene's centre [m].
     pub position: DVec3,
@@ -70,24 +70,24 @@ pub struct Emission<'a> {
     pub direction: glam::Vec3,
     /// Number of the air at the source.
     pub air: u32,
-    /// Its source.
+    /// Source.
     pub source: &'a Source,
     /// Column whose probabilities decide: that of its lead.
     pub deciding: usize,
-    /// How it starts.
+    /// Start.
     pub start: &'a PacketStart,
     /// Share of its batch in the run.
     pub share: f64,
 }
 
-/// Arrivals of a packet that a chunk has room for from the start: those of a reverberant room.
+/// Arrivals of a packet that a chunk has room for from the start: those of a reverberant room. Speed alone depends on it.
 const EXPECTED_ARRIVALS: usize = 48;
 
-/// What packets leave behind.
+/// Records of packets.
 pub struct Records {
-    /// Their paths.
+    /// Paths.
     pub paths: ChunkPaths,
-    /// Their energy.
+    /// Ledger of their energy.
     pub ledger: ChunkLedger,
     weight: PathWeight,
 }

@@ -12,7 +12,7 @@
 use glam::DVec3;
 use sonel_scene::AirSide;
 
-/// What becomes of a plane wave at an interface.
+/// Reflection and refraction of a plane wave at an interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Refraction {
     /// R, 0 … 1.

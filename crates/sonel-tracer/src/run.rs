@@ -18,7 +18,7 @@ use crate::zone::DiffractionZones;
 
 /// Chunks traced before they are handed over together, while the next are traced: bounds the memory, whatever the number of
 /// threads.
-const CHUNKS_IN_FLIGHT: u64 = 32;
+pub const CHUNKS_IN_FLIGHT: u64 = 32;
 
 /// Lost packets per segment beyond which a run is aborted: watertight casting measured none in 10⁸.
 const LOSS_BUDGET_PER_SEGMENT: f64 = 1e-7;
@@ -35,7 +35,7 @@ pub enum TraceError<E> {
         lost: u64,
         /// Packets traced.
         packets: u64,
-        /// Where the first of them slipped out: the edge nearest to its way.
+        /// Edge nearest to the path of the first of them.
         place: NearestSide,
     },
     /// A source is on a surface or in no air.
@@ -43,9 +43,9 @@ pub enum TraceError<E> {
     Misplaced {
         /// Name of the source.
         name: String,
-        /// Its position [m].
+        /// Position [m].
         position: DVec3,
-        /// What is in the way.
+        /// The obstacle.
         misplaced: Misplaced,
     },
     /// Whoever took the chunks failed.
@@ -62,7 +62,7 @@ pub struct TracedChunk {
     pub first_emission: u64,
     /// The paths.
     pub paths: ChunkPaths,
-    /// Their ledger.
+    /// Ledger.
     pub ledger: Ledger,
 }
 
@@ -84,7 +84,7 @@ impl<'a> Tracer<'a> {
         let bands = scene.bands.count();
         let still = vec![0.0; bands];
         let classes = BandClasses::alike(&scene.materials, &scene.sources, &still, settings.spectral);
-        let leads = Leads::new(&scene.materials, &scene.variants, (settings.survival, settings.spectral));
+        let leads = Leads::new(&scene.materials, &scene.variants, settings.survival, settings.spectral);
         let surfaces = geometry
             .surfaces()
             .iter()
@@ -107,7 +107,7 @@ impl<'a> Tracer<'a> {
             zones: None,
         };
         let (center, layout) = (geometry.center(), settings.layout(scene));
-        let emissions = Emissions::new(scene, center, &settings, layout, (&classes, leads.classes()));
+        let emissions = Emissions::new(scene, center, &settings, layout, &classes, leads.classes());
         Self { scene, seed: settings.seed, classes, leads: leads.classes().clone(), surroundings, emissions }
     }
 

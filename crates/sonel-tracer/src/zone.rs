@@ -38,15 +38,15 @@ pub(crate) struct DiffractionZones {
 
 /// A packet on its way from where it was to what it meets.
 pub(crate) struct Way<'a> {
-    /// Where it was, about the scene's centre [m].
+    /// Begin, relative to the scene's centre [m].
     pub from: DVec3,
-    /// Where it goes straight on to [m].
+    /// End without deflection [m].
     pub to: DVec3,
-    /// What it meets there; none in the open.
+    /// Hit at the end; none in the open.
     pub hit: Option<&'a Hit>,
 }
 
-/// Where a packet was caught.
+/// Edge zone that caught a packet.
 pub(crate) struct ZoneHit<'a> {
     /// Number of the edge among those that diffract.
     pub edge: u32,
@@ -112,7 +112,7 @@ impl DiffractionZones {
         (!geometry.is_blocked(from, place)).then_some(ZoneHit { edge: rim.edge, place, sector: &rim.sector })
     }
 
-    /// Where `way` crosses the continuation of a face beyond its rim.
+    /// Crossing of `way` with the continuation of a face beyond its rim.
     #[inline]
     fn beside<'a>(&self, rim: &'a Rim, way: &Way<'_>) -> Option<Candidate<'a>> {
         let here = (way.from - rim.origin).dot(rim.normal);
@@ -128,7 +128,7 @@ impl DiffractionZones {
 }
 
 impl ZoneHit<'_> {
-    /// How the packet goes on, by two uniform numbers: any direction of the hemisphere about the middle of the air.
+    /// Next leg of the packet, by two uniform numbers: any direction of the hemisphere about the middle of the air.
     #[must_use]
     pub(crate) fn onward(&self, geometry: &Geometry, u: [f32; 2]) -> (Departure, Vec3) {
         let local = warp::uniform_sphere(u);
@@ -137,10 +137,10 @@ impl ZoneHit<'_> {
     }
 }
 
-/// A way starts on a plane within so many resolutions of it: rays leave surfaces and edges by four.
+/// Distance from a plane within which a path starts on it [resolutions]: rays leave surfaces and edges by four. The rest is a margin, chosen.
 const STARTS_ON_PLANE: f64 = 16.0;
 
-/// Where the end of `way` lies on the face within the rim, arriving from the air.
+/// Position of the end of `way` on the face within the rim, arriving from the air.
 #[inline]
 fn within<'a>(rim: &'a Rim, way: &Way<'_>, geometry: &Geometry) -> Option<Candidate<'a>> {
     let hit = way.hit?;

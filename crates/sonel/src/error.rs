@@ -60,14 +60,14 @@ pub enum Error {
     /// An error at some place.
     #[error("{place}: {cause}")]
     At {
-        /// What was worked on, such as a file.
+        /// Object of the work, such as a file.
         place: String,
-        /// What went wrong.
+        /// The cause.
         cause: Box<Error>,
     },
 }
 
-/// What this crate returns.
+/// Result with this crate's error.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 impl Error {

@@ -6,18 +6,18 @@ use crate::observer::Watch;
 use crate::quantity::{bytes, seconds};
 use crate::{Error, Result};
 
-/// Largest map [bytes]: 1 TB.
+/// Largest map [bytes]: 1 TB, a usual disk.
 const MOST_MAP_BYTES: f64 = 1e12;
-/// Most own memory [bytes]: 1 TB.
+/// Most own memory [bytes]: 1 TB, a large node.
 const MOST_MEMORY_BYTES: f64 = 1e12;
-/// Longest CPU time [s]: a year.
+/// Longest CPU time [s]: a year, four days on 96 cores. The three are chosen to refuse misprints.
 const MOST_CPU_SECONDS: f64 = 365.0 * 86_400.0;
 
 /// More own memory [bytes] or CPU time [s] is announced before a run: 4 GB, five minutes.
 const UNANNOUNCED_MEMORY_BYTES: f64 = 4e9;
 const UNANNOUNCED_CPU_SECONDS: f64 = 300.0;
 
-/// What a run takes.
+/// Demand of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Demand {
     /// CPU time [s].
@@ -29,7 +29,7 @@ pub struct Demand {
 }
 
 impl Demand {
-    /// What exceeds its limit, with the limit; none where the run is feasible.
+    /// Demand that exceeds its limit, with the limit; none where the run is feasible.
     #[must_use]
     pub fn excess(self) -> Option<String> {
         let limits = [

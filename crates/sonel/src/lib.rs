@@ -79,7 +79,7 @@ pub use render::{
 pub use response::{Parameters, Response, Surroundings};
 pub use scene::{Material, Scene, SceneBuilder, check_file};
 #[cfg(feature = "sound")]
-pub use sound::Channels;
+pub use sound::{Channels, SoundOptions};
 pub use store::TemporaryMaps;
 pub use trace::{PreparedTrace, TraceOptions, Traced, VERSION as TRACER_VERSION};
 pub use variants::{Alternatives, Variants};

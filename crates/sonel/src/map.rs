@@ -19,10 +19,10 @@ use crate::prepared::Prepared;
 #[derive(Debug)]
 pub struct Map {
     map: SonelMap,
-    /// What messages call it.
+    /// Name in messages.
     label: String,
     geometry: OnceLock<Arc<Geometry>>,
-    /// What it was prepared with for renderings.
+    /// Preparations for renderings.
     prepared: Prepared,
 }
 
@@ -73,8 +73,11 @@ impl Map {
         &self.prepared
     }
 
-    /// The walls of its scene.
-    pub(crate) fn geometry(&self) -> Result<Arc<Geometry>> {
+    /// The walls of its scene, made by the first call.
+    ///
+    /// # Errors
+    /// When they cannot be used.
+    pub fn walls(&self) -> Result<Arc<Geometry>> {
         if let Some(geometry) = self.geometry.get() {
             return Ok(Arc::clone(geometry));
         }
@@ -88,7 +91,7 @@ impl Map {
     /// # Errors
     /// The first damage.
     pub fn check(&self) -> Result<()> {
-        let (named, geometry) = (|| self.label.clone(), self.geometry()?);
+        let (named, geometry) = (|| self.label.clone(), self.walls()?);
         self.map.check_surfaces(&geometry).at(named)?;
         self.map.check_paths(geometry.surfaces().len() as u32).at(named)
     }
@@ -116,7 +119,7 @@ mod tests {
         let variants = vec![Variants::parse("materials.walls.transmission", "0.1").expect("a variant")];
         let options = TraceOptions { packets: Some(200), variants, ..TraceOptions::default() };
         let map = scene.trace(&options, &Silent).expect("a map").map;
-        let before = map.geometry().expect("walls");
+        let before = map.walls().expect("walls");
         let set = vec![Change::of("materials.walls.absorption", 0.4.into()).expect("a change")];
         for set in [Vec::new(), set] {
             let options = RenderOptions { set, rays: Some(64), ..RenderOptions::default() };

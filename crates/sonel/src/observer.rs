@@ -27,14 +27,14 @@ pub trait Observer: Sync {
     }
 }
 
-/// How much a message matters.
+/// Severity of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Severity {
     /// A step of the work.
     Info,
     /// A default taken or a repair made.
     Note,
-    /// What is likely a mistake, or makes results unreliable.
+    /// Likely mistakes, and causes of unreliable results.
     Warning,
 }
 
@@ -44,7 +44,7 @@ pub struct Silent;
 
 impl Observer for Silent {}
 
-/// What unwinds through the engines when an observer stops the work.
+/// Payload of the unwinding by which an observer stops the work.
 struct Stop;
 
 /// An observer as the work sees it.

@@ -69,12 +69,12 @@ pub fn map_table(plan: &Plan, label: &str) -> String {
     text + &widths(plan)
 }
 
-/// What makes a map longer.
+/// Command that makes a map longer.
 pub(crate) fn extension(label: &str, packets: u64) -> String {
     format!("sonel-trace SCENE.toml -o {label} --extend {label} --packets {packets}")
 }
 
-/// What to say where more seconds were `spent` than `at_most` allows.
+/// Message where more seconds were `spent` than `at_most` allows.
 pub(crate) fn overrun(at_most: Option<f64>, spent: f64) -> Option<String> {
     let at_most = at_most.filter(|seconds| spent > *seconds)?;
     Some(format!("`at_most` {at_most} s is exceeded by {:.1} s", spent - at_most))
@@ -190,7 +190,7 @@ pub fn json(plan: &Plan) -> Value {
     })
 }
 
-/// What a iteration at the parameters found of `targets`, in a line: in the units of the targets.
+/// Findings of an iteration on `targets`, in a line, in the units of the targets.
 pub(crate) fn verdict(names: &Names, verdict: &Verdict, targets: &Targets) -> String {
     let of_worst = |worst: Worst| {
         let (limit, unit) = targets.written(worst.place.parameter)?;
@@ -213,7 +213,7 @@ pub(crate) fn reached(verdict: &Verdict) -> &'static str {
     if verdict.is_reached() { "reached" } else { "NOT reached" }
 }
 
-/// What the last iteration at the parameters found of `targets`, as JSON.
+/// Findings of the last iteration on `targets`, as JSON.
 pub(crate) fn verdict_json(names: &Names, verdict: &Verdict, targets: &Targets) -> Value {
     json!({
         "reached": verdict.is_reached(),
@@ -241,7 +241,7 @@ fn named(names: &Names, place: Place) -> Value {
     })
 }
 
-/// What was predicted of a run and what it was; whatever was not looked at is none.
+/// Prediction and outcome of a run; numbers that were not observed are none.
 #[derive(Debug, Clone, Default)]
 pub struct Comparison {
     /// Widest half-widths [JND] of parameters: predicted and achieved.

@@ -20,7 +20,7 @@ impl std::fmt::Debug for Prepared {
     }
 }
 
-/// What a preparation was made for: everything in which renderings of one map differ but receivers and batches.
+/// Key of a preparation: everything in which renderings of one map differ but receivers and batches.
 #[derive(PartialEq)]
 struct For {
     settings: RenderSettings,

@@ -16,7 +16,7 @@ pub struct Response {
     surroundings: Surroundings,
 }
 
-/// What sound needs beside the echograms.
+/// Data of a response beside the echograms that sound needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surroundings {
     /// Volume of a closed room [m³].
@@ -74,7 +74,7 @@ impl Response {
         &self.echograms
     }
 
-    /// What is known of the room.
+    /// The room.
     #[must_use]
     pub fn surroundings(&self) -> Surroundings {
         self.surroundings

@@ -23,9 +23,9 @@ pub struct Scene {
     origin: Origin,
 }
 
-/// Where a scene comes from.
+/// Origin of a scene.
 enum Origin {
-    File(PathBuf),
+    File { path: PathBuf, text: String },
     Made(Box<Document>),
 }
 
@@ -35,11 +35,19 @@ impl Scene {
     /// # Errors
     /// When a file cannot be read; every mistake in it, with file and line.
     pub fn load(path: impl AsRef<Path>, observer: &dyn Observer) -> Result<Self> {
+        let text = read_text(path.as_ref())?;
+        Self::load_text(text, path, observer)
+    }
+
+    /// Reads `text` as that of the scene file at `path`, which need not exist, and the files that it names beside it.
+    ///
+    /// # Errors
+    /// The errors of [`Self::load`].
+    pub fn load_text(text: String, path: impl AsRef<Path>, observer: &dyn Observer) -> Result<Self> {
         let path = path.as_ref();
         watched(observer, |watch| {
-            let read = |text: &str, label: &str, open: Open<'_>| sonel_scene::load(text, label, open);
-            let (loaded, files) = with_file(path, watch, read)?;
-            Ok(Self::of(loaded, files, Origin::File(path.to_owned()), watch))
+            let (loaded, files) = with_files(&text, path, watch, sonel_scene::load)?;
+            Ok(Self::of(loaded, files, Origin::File { path: path.to_owned(), text }, watch))
         })
     }
 
@@ -79,19 +87,17 @@ impl Scene {
     /// When the file of the scene cannot be read any more.
     pub fn check(&self) -> Result<Checkup> {
         match &self.origin {
-            Origin::File(path) => check_file(path, &crate::Silent).map(|(checkup, _)| checkup),
+            Origin::File { path, text } => check_text(text, path, &crate::Silent).map(|(checkup, _)| checkup),
             Origin::Made(document) => Ok(document.check()),
         }
     }
 
     /// The text of its scene file. A scene made in code has this identity.
-    ///
-    /// # Errors
-    /// When the file of the scene cannot be read any more.
-    pub fn to_toml(&self) -> Result<String> {
+    #[must_use]
+    pub fn to_toml(&self) -> String {
         match &self.origin {
-            Origin::File(path) => read_text(path),
-            Origin::Made(document) => Ok(document.to_toml()),
+            Origin::File { text, .. } => text.clone(),
+            Origin::Made(document) => document.to_toml(),
         }
     }
 
@@ -104,7 +110,7 @@ impl Scene {
         let folder = folder.as_ref();
         std::fs::create_dir_all(folder).at(|| format!("cannot make the folder {}", folder.display()))?;
         let path = folder.join("scene.toml");
-        let text = self.to_toml()?;
+        let text = self.to_toml();
         create(&path, |out| out.write_all(text.as_bytes()))?;
         if let Origin::Made(document) = &self.origin
             && let Some(mesh) = document.mesh()
@@ -120,7 +126,7 @@ impl Scene {
         &self.compiled
     }
 
-    /// Its walls.
+    /// Walls.
     #[must_use]
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
@@ -158,24 +164,26 @@ type Open<'a> = &'a mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>;
 /// # Errors
 /// When it cannot be read or is no TOML.
 pub fn check_file(path: impl AsRef<Path>, observer: &dyn Observer) -> Result<(Checkup, Vec<PathBuf>)> {
-    watched(observer, |watch| {
-        with_file(path.as_ref(), watch, |text, label, open| checkup::check(text, label, open))
-    })
+    check_text(&read_text(path.as_ref())?, path.as_ref(), observer)
+}
+
+fn check_text(text: &str, path: &Path, observer: &dyn Observer) -> Result<(Checkup, Vec<PathBuf>)> {
+    watched(observer, |watch| with_files(text, path, watch, checkup::check))
 }
 
 fn read_text(path: &Path) -> Result<String> {
     file::read_to_string(path).at(|| format!("cannot read the scene {}", path.display()))
 }
 
-/// Runs `read` with the text of the scene file in `path`, its name in messages, and what opens files beside it; with the files that were
+/// Runs `read` with the text of the scene file at `path`, its name in messages, and what opens files beside it; with the files that were
 /// read.
-fn with_file<T>(
+fn with_files<T>(
+    text: &str,
     path: &Path,
     watch: Watch<'_>,
     read: impl FnOnce(&str, &str, Open<'_>) -> Result<T, SceneErrors>,
 ) -> Result<(T, Vec<PathBuf>)> {
     const STEP: &str = "reading";
-    let text = read_text(path)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     let mut files = vec![path.to_owned()];
     let mut open = |beside: &str| {
@@ -184,7 +192,7 @@ fn with_file<T>(
     };
     // A mesh of a million triangles takes its time.
     watch.progress(STEP, 0.0);
-    let result = read(&text, &path.display().to_string(), &mut open);
+    let result = read(text, &path.display().to_string(), &mut open);
     watch.progress(STEP, 1.0);
     Ok((result?, files))
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use sonel_sound::{Head, Synthesizer};
+use sonel_sound::{Head, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ, SoundSettings, Synthesizer};
 
 use crate::response::Surroundings;
 use crate::{Error, Response, Result};
@@ -18,14 +18,41 @@ pub enum Channels<'a> {
     Ears(&'a Head),
 }
 
+/// How impulse responses are made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SoundOptions {
+    /// Seed of the waves of late sound; by default that of the rendering.
+    pub seed: Option<u64>,
+    /// Samples per second, 8000 … 192 000.
+    pub sample_rate_hz: u32,
+    /// Whether the energies of each band per 10 ms are those of the response in each impulse response, not in the mean of many alone.
+    pub is_matched: bool,
+}
+
+impl Default for SoundOptions {
+    fn default() -> Self {
+        Self { seed: None, sample_rate_hz: SAMPLE_RATE_HZ, is_matched: false }
+    }
+}
+
 impl Response {
-    /// Impulse responses at 48 kHz of all sources at all receivers, [S × R, channels, samples]: pressure synthesised from the energies. Direct
-    /// sound is 1/r, sample 0 is the emission. `seed` is by default that of the rendering.
+    /// Impulse responses of all sources at all receivers, [S × R, channels, samples]: pressure synthesised from the energies. Direct
+    /// sound is 1/r, sample 0 is the emission.
     ///
     /// # Errors
-    /// Where channels need directions: when the response was read from a file or has none.
-    pub fn impulse_responses(&self, channels: Channels<'_>, seed: Option<u64>) -> Result<Vec<Vec<Vec<f32>>>> {
+    /// When the sample rate is out of range. Where channels need directions: when the response was read from a file or has none.
+    pub fn impulse_responses(
+        &self,
+        channels: Channels<'_>,
+        options: SoundOptions,
+    ) -> Result<Vec<Vec<Vec<f32>>>> {
         let Surroundings { volume, up, seed: own } = self.surroundings();
+        let SoundOptions { seed, sample_rate_hz, is_matched } = options;
+        if !SAMPLE_RATES_HZ.contains(&sample_rate_hz) {
+            return Err(Error::refused(format!(
+                "the sample rate is {sample_rate_hz} Hz: give 8000 … 192000 Hz"
+            )));
+        }
         let up = match (channels, up) {
             (Channels::Single, _) => DVec3::Z,
             (_, Some(up)) => up,
@@ -36,7 +63,8 @@ impl Response {
             }
         };
         let e = self.echograms();
-        let synthesizer = Synthesizer::new(e, volume, seed.unwrap_or(own));
+        let settings = SoundSettings { volume, seed: seed.unwrap_or(own), sample_rate_hz, is_matched };
+        let synthesizer = Synthesizer::new(e, settings);
         let pairs: Vec<(usize, usize)> =
             (0..e.sources()).flat_map(|s| (0..e.receivers()).map(move |r| (s, r))).collect();
         let of_pair = |pair: (usize, usize)| match channels {

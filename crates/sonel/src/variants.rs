@@ -22,7 +22,7 @@ pub struct Variants {
     pub values: Alternatives,
 }
 
-/// What varies.
+/// Alternatives of a material, or its range.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Alternatives {
     /// Values of a coefficient. Absorptions between two of them are possible, too.
@@ -161,7 +161,7 @@ fn add_to(name: &str, options: &[&Variants], scene: &mut Scene) -> Result<()> {
     if scene.media.as_ref().is_some_and(|media| media.is_interface(index as u32)) {
         return Err(refused(format!("\"{name}\" is an interface between regions and has no coefficients")));
     }
-    let read = read_variants((&said, name), tables(options), &scene.materials, &scene.bands)?;
+    let read = read_variants(&said, name, tables(options), &scene.materials, &scene.bands)?;
     if scene.variants.is_empty() {
         scene.variants = vec![Vec::new(); scene.materials.len()];
     }

@@ -495,27 +495,45 @@ class Response:
         return self._inner.report
 
     def impulse_responses(
-        self, *, ambix: int | None = None, hrtf: _Path | None = None, seed: int | None = None
+        self,
+        *,
+        ambix: int | None = None,
+        hrtf: _Path | None = None,
+        seed: int | None = None,
+        sample_rate: int = 48_000,
+        match: bool = False,
     ) -> NDArray[np.float32]:
-        """Pressure impulse responses at 48 kHz, shape [S, R, C, N]: the samples of `sonel-render --wav` (docs/formats/sound.md).
+        """Pressure impulse responses, shape [S, R, C, N]: the samples of `sonel-render --wav` (docs/formats/sound.md).
 
         ambix: order 1, 2 or 3: C = (order + 1)² channels in ACN order with SN3D (AmbiX), for a response with directions.
         hrtf: a SOFA file of the convention SimpleFreeFieldHRIR: C = 2, left and right ear, for a response with directions.
-        seed: of the times and signs of late sound (default that of the rendering).
+        seed: of the waves of late sound (default that of the rendering).
+        sample_rate: samples per second, 8000 to 192000. Responses are made at this rate; do not convert them like recordings.
+        match: scale every band each 10 ms to the energies of the response: T30 and levels of one impulse response are then those of the
+            response, not of the mean of many seeds alone. Direct sound is scaled too.
         Without `ambix` and `hrtf` C is 1. `ambix` and `hrtf` need a response of `Map.render`: a file does not state which direction is up.
         """
         if ambix is not None and hrtf is not None:
             raise Error("ambix and hrtf exclude each other: ask for one after the other")
         if ambix is not None and ambix not in (1, 2, 3):
             raise Error(f"ambix is {ambix}: give the order 1, 2 or 3")
+        if not 8000 <= sample_rate <= 192_000:
+            raise Error(f"sample_rate is {sample_rate}: give 8000 to 192000 Hz")
         try:
             head = None if hrtf is None else Path(hrtf).read_bytes()
         except OSError as problem:
             raise Error(f"cannot read {os.fspath(hrtf or '')}: {problem.strerror}") from None
-        return np.asarray(self._inner.impulse_responses(ambix, head, seed))
+        return np.asarray(self._inner.impulse_responses(ambix, head, seed, sample_rate, match))
 
     def to_sofa(
-        self, path: _Path, *, ambix: int | None = None, hrtf: _Path | None = None, seed: int | None = None
+        self,
+        path: _Path,
+        *,
+        ambix: int | None = None,
+        hrtf: _Path | None = None,
+        seed: int | None = None,
+        sample_rate: int = 48_000,
+        match: bool = False,
     ) -> None:
         """Writes `impulse_responses` as SOFA of the convention SingleRoomSRIR (AES69), a measurement for every source and receiver.
 
@@ -523,7 +541,7 @@ class Response:
         """
         from . import _sofa
 
-        _sofa.write(self, Path(path), ambix=ambix, hrtf=hrtf, seed=seed)
+        _sofa.write(self, Path(path), ambix=ambix, hrtf=hrtf, seed=seed, sample_rate=sample_rate, match=match)
 
     def parameter_report(self) -> dict[str, Any]:
         """Every parameter with its interval, warnings and reasons: what `sonel-analyze parameters --format json` prints."""

@@ -17,11 +17,10 @@ from ._sonel import Error
 if TYPE_CHECKING:
     from . import Response
 
-SAMPLE_RATE_HZ = 48_000
 EARS_M = [[0.0, 0.09, 0.0], [0.0, -0.09, 0.0]]
 
 
-def write(response: Response, path: Path, *, ambix: int | None, hrtf: Any, seed: int | None) -> None:
+def write(response: Response, path: Path, *, ambix: int | None, sample_rate: int, **options: Any) -> None:
     """Writes `path`, which must not exist."""
     try:
         import sofar  # type: ignore[import-untyped]
@@ -31,13 +30,13 @@ def write(response: Response, path: Path, *, ambix: int | None, hrtf: Any, seed:
         raise Error(f"{path} does not end in .sofa")
     if os.path.lexists(path):
         raise Error(f"{path} exists: delete it first, or choose another name")
-    samples = response.impulse_responses(ambix=ambix, hrtf=hrtf, seed=seed)
+    samples = response.impulse_responses(ambix=ambix, sample_rate=sample_rate, **options)
     sofa = sofar.Sofa("SingleRoomSRIR")
     _places(sofa, response)
     _channels(sofa, samples.shape[2], ambix)
     _room(sofa, response)
     sofa.Data_IR = samples.reshape(-1, *samples.shape[2:]).astype(float)
-    sofa.Data_SamplingRate = float(SAMPLE_RATE_HZ)
+    sofa.Data_SamplingRate = float(sample_rate)
     sofa.Data_Delay = np.zeros((1, samples.shape[2]))
     sofar.write_sofa(str(path), sofa)
 

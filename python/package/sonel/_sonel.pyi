@@ -81,7 +81,12 @@ class Response:
     def array(self, key: str) -> Array: ...
     def parameters(self) -> _Report: ...
     def impulse_responses(
-        self, order: int | None = None, head: bytes | None = None, seed: int | None = None
+        self,
+        order: int | None = None,
+        head: bytes | None = None,
+        seed: int | None = None,
+        sample_rate_hz: int = 48_000,
+        is_matched: bool = False,
     ) -> Array: ...
     @property
     def room(self) -> tuple[float | None, list[float] | None, int]: ...

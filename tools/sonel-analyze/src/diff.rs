@@ -9,7 +9,9 @@ use anyhow::bail;
 use sonel_console::Outcome;
 
 use crate::arguments::Diff;
-use crate::open::{self, Kind};
+use sonel_console::artifact::Artifact;
+
+use crate::open;
 
 /// Compares two maps or two responses; [`Outcome::Missed`] where they differ beyond noise.
 ///
@@ -18,15 +20,15 @@ use crate::open::{self, Kind};
 pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let b = arguments.other();
     match (open::kind(&arguments.a)?, open::kind(b)?) {
-        (Kind::Map, _) | (_, Kind::Map) if !arguments.between.is_empty() => {
+        (Artifact::Map, _) | (_, Artifact::Map) if !arguments.between.is_empty() => {
             bail!("--between compares receivers: give responses, not maps")
         }
-        (Kind::Map, Kind::Map) => maps::run(arguments, out),
-        (Kind::Response, Kind::Response) => responses::run(arguments, out),
+        (Artifact::Map, Artifact::Map) => maps::run(arguments, out),
+        (Artifact::Response, Artifact::Response) => responses::run(arguments, out),
         (a, _) => {
             let (map, response) = match a {
-                Kind::Map => (arguments.a.as_path(), b),
-                Kind::Response => (b, arguments.a.as_path()),
+                Artifact::Map => (arguments.a.as_path(), b),
+                Artifact::Response => (b, arguments.a.as_path()),
             };
             bail!(
                 "{} is a map and {} a response: compare two maps or two responses (sonel-render makes a response from a map)",

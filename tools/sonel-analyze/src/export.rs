@@ -7,6 +7,7 @@ use anyhow::bail;
 use sonel_analysis::export;
 use sonel_analysis::sonels::Sonels;
 use sonel_console::Outcome;
+use sonel_console::artifact::Artifact;
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::progress::{Progress, ProgressSink};
 use sonel_console::quantity;
@@ -20,7 +21,7 @@ use crate::open;
 /// When the map or response is unusable, or the output has another ending or cannot be written.
 pub fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let Export { file: map, output } = arguments;
-    if open::kind(map)? == open::Kind::Response {
+    if open::kind(map)? == Artifact::Response {
         return echograms(map, output, log);
     }
     let (as_archive, kind) = match output {

@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use sonel_console::Outcome;
+use sonel_console::artifact::Artifact;
 use sonel_console::input;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::{Progress, ProgressSink};
@@ -21,8 +22,8 @@ use crate::open;
 /// Everything that speaks against joining them, or the output cannot be written.
 pub fn run(arguments: &Merge, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     match open::kind(&arguments.shards[0])? {
-        open::Kind::Map => join_maps(arguments, quiet, log),
-        open::Kind::Response => join_responses(arguments, log),
+        Artifact::Map => join_maps(arguments, quiet, log),
+        Artifact::Response => join_responses(arguments, log),
     }
 }
 

@@ -1,22 +1,18 @@
 //! Opens maps and responses; every error names the file.
 
 use std::fs::File;
-use std::io::{BufReader, Read, Write};
+use std::io::{BufReader, Write};
 use std::path::Path;
 
 use anyhow::{Context, bail};
 use sonel_analysis::survey::{Survey, survey};
+use sonel_console::artifact::{self, Artifact as Kind};
 use sonel_console::input;
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{Mode, SonelMap, hexadecimal};
 use sonel_scene::Scene;
 use sonel_sound::Recording;
-
-/// How a map begins.
-const MAP_MAGIC: &[u8] = b"SONELMAP";
-/// How a numpy archive begins.
-const ARCHIVE_MAGIC: &[u8] = b"PK";
 
 /// A file of ours.
 pub enum Artifact {
@@ -36,27 +32,13 @@ pub struct WalkedMap {
     pub survey: Survey,
 }
 
-/// What a file is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// Map of sonel-trace.
-    Map,
-    /// Response of sonel-render.
-    Response,
-}
-
 /// What the file in `path` is, told by its first bytes.
 ///
 /// # Errors
 /// When it cannot be read or is neither.
 pub fn kind(path: &Path) -> anyhow::Result<Kind> {
-    let mut start = Vec::new();
-    file(path)?.take(8).read_to_end(&mut start).with_context(|| format!("cannot read {}", path.display()))?;
-    if start == MAP_MAGIC {
-        return Ok(Kind::Map);
-    }
-    if start.starts_with(ARCHIVE_MAGIC) {
-        return Ok(Kind::Response);
+    if let Some(kind) = artifact::kind(path)? {
+        return Ok(kind);
     }
     bail!(
         "{} is neither a sonel map nor a response: pass a file written by sonel-trace or sonel-render",

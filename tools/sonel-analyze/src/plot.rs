@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use sonel_analysis::{ReceiverParameters, parameters};
 use sonel_console::Outcome;
+use sonel_console::artifact::Artifact;
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::quantity::counted;
 use sonel_drawing::plot::{self, Panel, PlotError, Sheet};
@@ -85,11 +86,11 @@ fn sorted(files: &[PathBuf]) -> anyhow::Result<(Vec<&Path>, Option<PathBuf>)> {
     let (mut responses, mut map) = (Vec::new(), None);
     for path in files {
         match open::kind(path)? {
-            open::Kind::Response => responses.push(path.as_path()),
-            open::Kind::Map if map.is_some() => {
+            Artifact::Response => responses.push(path.as_path()),
+            Artifact::Map if map.is_some() => {
                 bail!("{} is a second map: give the map of the first response alone", path.display())
             }
-            open::Kind::Map => map = Some(path.clone()),
+            Artifact::Map => map = Some(path.clone()),
         }
     }
     if responses.is_empty() {

@@ -3,8 +3,16 @@
 //! Where there are no such signals the files stay, and the next run with the same output removes them.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Whether an interruption is how the program ends.
+static IS_THE_END: AtomicBool = AtomicBool::new(false);
+
+/// From now on an interruption is no failure: a server runs until then.
+pub fn is_the_end() {
+    IS_THE_END.store(true, Ordering::Relaxed);
+}
 
 /// Files to remove.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -77,6 +85,7 @@ pub fn remove_unfinished_files() -> std::io::Result<()> {
         if let Some(signal) = signals.forever().next() {
             match (failure::found(), PUBLISHED.load(Ordering::SeqCst)) {
                 (Some(failure), _) => end(format_args!("{failure}"), 2),
+                (None, _) if IS_THE_END.load(Ordering::Relaxed) => end(format_args!("ended"), 0),
                 (None, 0) => end(format_args!("interrupted; older outputs are untouched"), 128 + signal),
                 (None, some) => {
                     let text =
@@ -102,7 +111,8 @@ fn end(message: std::fmt::Arguments<'_>, code: i32) -> ! {
     let mut log = std::io::stderr();
     // Below the progress bar.
     let line = if log.is_terminal() { "\n" } else { "" };
-    let _ = writeln!(log, "{line}error: {message}");
+    let begin = if code == 0 { "" } else { "error: " };
+    let _ = writeln!(log, "{line}{begin}{message}");
     std::process::exit(code)
 }
 

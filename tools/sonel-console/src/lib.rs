@@ -1,5 +1,6 @@
 //! Shared by the programs: clocks, choices, counts, times, outputs that appear when complete, interruptions, progress, exit codes.
 
+pub mod artifact;
 pub mod choices;
 pub mod clock;
 pub mod closed;

@@ -74,9 +74,9 @@ impl Kind {
     /// What export writes of a response.
     pub const ECHOGRAM_TABLE: Self =
         Self::with("a CSV file of echograms", "csv", b"source,receiver,center_frequency_hz,begin_s,");
-    /// What report writes.
-    pub const REPORT_PAGE: Self = Self::like("a report", "html", |begin| {
-        String::from_utf8_lossy(begin).contains("content=\"sonel-analyze report\"")
+    /// What sonel-view and report write.
+    pub const PAGE: Self = Self::like("a page of sonel-view", "html", |begin| {
+        String::from_utf8_lossy(begin).contains("content=\"sonel-view\"")
     });
     /// What render --wav and listen write: 32-bit float samples. Recordings of integers are never taken for it.
     pub const SOUND: Self = Self::like("a WAV file of 32-bit float samples", "wav", is_float_sound);

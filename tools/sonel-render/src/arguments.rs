@@ -11,6 +11,7 @@ use sonel_console::receiver::parse_receiver;
 use sonel_console::shard::parse_shard;
 use sonel_console::time::parse_time;
 use sonel_sound::ambisonics::MOST_ORDER;
+use sonel_sound::{SAMPLE_RATE_HZ, SAMPLE_RATES_HZ};
 
 /// Renders echograms at any receivers from a sonel map.
 #[derive(Debug, Clone, Parser)]
@@ -28,10 +29,17 @@ pub struct Arguments {
     /// Response to write; an existing one is replaced when the new one is complete. Optional with --plan.
     #[arg(short, long, value_name = "RESPONSE.npz", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
-    /// Folder for pressure impulse responses, a WAV file for each source and receiver: 48 kHz, 32-bit float, direct sound
+    /// Folder for pressure impulse responses, a WAV file for each source and receiver: 32-bit float, direct sound
     /// 1/r, sample 0 at the emission. Created if it does not exist.
     #[arg(long, value_name = "DIR", requires = "output")]
     pub wav: Option<PathBuf>,
+    /// Sample rate of --wav [Hz], 8000 to 192000. Responses are made at this rate; do not convert them like recordings.
+    #[arg(long, value_name = "HZ", requires = "wav", default_value_t = SAMPLE_RATE_HZ, value_parser = clap::value_parser!(u32).range(i64::from(*SAMPLE_RATES_HZ.start())..=i64::from(*SAMPLE_RATES_HZ.end())), allow_negative_numbers = true)]
+    pub wav_rate: u32,
+    /// Scale every band of --wav each 10 ms to the energies of the response: T30 and levels of one file are then those of the
+    /// response, not of the mean of many seeds alone. Direct sound is scaled too.
+    #[arg(long, requires = "wav")]
+    pub wav_match: bool,
     /// Also write ambisonics of order 1, 2 or 3 (ACN, SN3D: AmbiX) as NAME_ambix3.wav; implies --directions, needs --wav.
     #[arg(long, value_name = "ORDER", requires = "wav", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_ORDER)), allow_negative_numbers = true)]
     pub ambix: Option<u32>,

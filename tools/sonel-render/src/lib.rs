@@ -15,7 +15,7 @@ use sonel_console::output::{self, Kind, Output};
 use sonel_console::progress::ProgressSink;
 use sonel_console::quantity::counted;
 use sonel_console::{Log, Outcome, use_threads};
-use sonel_sound::Synthesizer;
+use sonel_sound::{SoundSettings, Synthesizer};
 
 use sound::SoundFiles;
 
@@ -59,7 +59,13 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     let mut complete = vec![output.complete(|out| rendered.response.echograms().write(out).map(drop))?];
     if let Some(sounds) = &sounds {
         let room = rendered.response.surroundings();
-        let synthesizer = Synthesizer::new(rendered.response.echograms(), room.volume, room.seed);
+        let settings = SoundSettings {
+            volume: room.volume,
+            seed: room.seed,
+            sample_rate_hz: arguments.wav_rate,
+            is_matched: arguments.wav_match,
+        };
+        let synthesizer = Synthesizer::new(rendered.response.echograms(), settings);
         complete.extend(sounds.complete(&synthesizer, scene.up)?);
     }
     output::publish(complete)?;

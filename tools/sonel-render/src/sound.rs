@@ -10,7 +10,7 @@ use sonel::ReceiverPoint;
 use sonel_console::input;
 use sonel_console::output::{Complete, Kind, Output};
 use sonel_scene::Scene;
-use sonel_sound::{Head, Recording, SAMPLE_RATE_HZ, SoundError, Synthesizer};
+use sonel_sound::{Head, Recording, SoundError, Synthesizer};
 
 use crate::arguments::Arguments;
 
@@ -25,6 +25,8 @@ pub struct SoundFiles<'a> {
     ambix: Option<u32>,
     /// Ears.
     head: Option<Head>,
+    /// Samples per second.
+    sample_rate_hz: u32,
     /// Files that are read.
     inputs: &'a [PathBuf],
 }
@@ -55,7 +57,7 @@ impl<'a> SoundFiles<'a> {
             let mut bytes = Vec::new();
             let file = input::open(path).and_then(|mut file| file.read_to_end(&mut bytes));
             file.with_context(|| format!("cannot read {}", path.display()))?;
-            Head::read(&bytes).with_context(|| path.display().to_string())
+            Head::read(&bytes, arguments.wav_rate).with_context(|| path.display().to_string())
         };
         let files = Self {
             folder,
@@ -63,6 +65,7 @@ impl<'a> SoundFiles<'a> {
             receivers: numbered(receivers.iter().map(|receiver| receiver.name.as_str())),
             ambix: arguments.ambix,
             head: arguments.hrtf.as_ref().map(read).transpose()?,
+            sample_rate_hz: arguments.wav_rate,
             inputs,
         };
         if folder.exists() && !folder.is_dir() {
@@ -117,7 +120,7 @@ impl<'a> SoundFiles<'a> {
     /// Completes the files of all impulse responses; `up` is up for those with directions.
     pub fn complete(&self, synthesizer: &Synthesizer<'_>, up: DVec3) -> anyhow::Result<Vec<Complete>> {
         let complete = |path: &Path, channels| {
-            let recording = Recording { sample_rate_hz: SAMPLE_RATE_HZ, channels };
+            let recording = Recording { sample_rate_hz: self.sample_rate_hz, channels };
             Output::create(path, Kind::SOUND, self.inputs)?.complete(|out| recording.write(out))
         };
         let of_pairs: anyhow::Result<Vec<Vec<Complete>>> = self

@@ -43,8 +43,13 @@ pub fn run() -> Result<()> {
     workspace::write(PYTHON, python(&workspace::read(PYTHON)?)?)
 }
 
-fn programs() -> [Command; 3] {
-    [sonel_trace::Program::command(), sonel_render::Arguments::command(), sonel_analyze::Arguments::command()]
+fn programs() -> [Command; 4] {
+    [
+        sonel_trace::Program::command(),
+        sonel_render::Arguments::command(),
+        sonel_view::Arguments::command(),
+        sonel_analyze::Arguments::command(),
+    ]
 }
 
 /// The page with the tables of the programs in place of its own.

@@ -1,4 +1,4 @@
-//! Completions for five shells and man pages of the three programs.
+//! Completions for five shells and man pages of the programs.
 
 use std::path::Path;
 
@@ -13,6 +13,7 @@ pub fn run(folder: &Path) -> anyhow::Result<()> {
     let programs = [
         sonel_trace::Program::command(),
         sonel_render::Arguments::command(),
+        sonel_view::Arguments::command(),
         sonel_analyze::Arguments::command(),
     ];
     for command in programs {
@@ -33,7 +34,7 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("sonel-shell-{}", std::process::id()));
         super::run(&folder).unwrap();
         let text = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
-        for program in ["sonel-trace", "sonel-render", "sonel-analyze"] {
+        for program in ["sonel-trace", "sonel-render", "sonel-view", "sonel-analyze"] {
             assert!(text(&format!("{program}.bash")).contains("complete -F"), "{program}");
             assert!(text(&format!("_{program}")).starts_with("#compdef"), "{program}");
             assert!(text(&format!("{program}.fish")).contains("complete -c"), "{program}");

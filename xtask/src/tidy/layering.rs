@@ -5,7 +5,7 @@
 use super::tree::{Finding, SourceFile, Tree};
 
 /// Our crates by layer, lowest first; a crate may depend on lower layers only.
-const LAYERS: [&[&str]; 8] = [
+const LAYERS: [&[&str]; 9] = [
     &["sonel-acoustics", "sonel-sampling", "sonel-geometry", "sonel-diffraction", "sonel-testkit"],
     &["sonel-scene"],
     &["sonel-map", "sonel-echogram"],
@@ -13,16 +13,17 @@ const LAYERS: [&[&str]; 8] = [
     &["sonel-study", "sonel-drawing"],
     &["sonel", "sonel-design"],
     &["sonel-console"],
-    &["sonel-trace", "sonel-render", "sonel-analyze"],
+    &["sonel-trace", "sonel-render", "sonel-view"],
+    &["sonel-analyze"],
 ];
 
 /// Foreign packages that any crate may use.
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 40] = [
+const HOMES: [(&str, &[&str]); 44] = [
     ("anyhow", &["tools/", "python", "xtask"]),
-    ("base64", &["crates/sonel-scene"]),
+    ("base64", &["crates/sonel-scene", "tools/sonel-view"]),
     ("bincode", &["crates/sonel-map"]),
     ("blake3", &["crates/sonel-scene", "crates/sonel-map", "crates/sonel-echogram"]),
     ("clap", &["tools/", "xtask"]),
@@ -36,6 +37,7 @@ const HOMES: [(&str, &[&str]); 40] = [
     ("embedded-graphics", &["crates/sonel-drawing"]),
     ("exr", &["crates/sonel-drawing"]),
     ("foldhash", &["crates/sonel-geometry", "crates/sonel-scene"]),
+    ("getrandom", &["tools/sonel-view"]),
     ("gltf", &["crates/sonel-scene"]),
     ("hound", &["crates/sonel-sound"]),
     ("indicatif", &["tools/"]),
@@ -45,6 +47,7 @@ const HOMES: [(&str, &[&str]); 40] = [
     ("nalgebra", &["crates/sonel-design"]),
     ("obvhs", &["crates/sonel-geometry"]),
     ("ply-rs-bw", &["crates/sonel-scene"]),
+    ("open", &["tools/sonel-view"]),
     ("plotters", &["crates/sonel-drawing"]),
     ("png", &["crates/sonel-drawing"]),
     ("pyo3", &["python"]),
@@ -72,8 +75,10 @@ const HOMES: [(&str, &[&str]); 40] = [
     ("spade", &["crates/sonel-geometry"]),
     ("statrs", &["crates/sonel-testkit"]),
     ("tempfile", &["crates/sonel/", "tools/", "crates/sonel-testkit"]),
+    ("tiny_http", &["tools/sonel-view"]),
     ("tobj", &["crates/sonel-scene"]),
     ("toml", &["crates/sonel-scene", "xtask"]),
+    ("toml_edit", &["tools/sonel-view"]),
     ("zip", &["crates/sonel-echogram"]),
 ];
 

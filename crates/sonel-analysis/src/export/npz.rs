@@ -56,7 +56,7 @@ struct Table<'a, 'p, W: Write + Seek> {
 }
 
 impl<W: Write + Seek> Table<'_, '_, W> {
-    /// What the numbers of the columns stand for.
+    /// Meaning of the numbers in the columns.
     fn legend(&mut self, map: &SonelMap) -> Result<(), ResponseError> {
         let header = map.header();
         let (scene, events) = (&header.scene, Event::ALL.map(super::name));

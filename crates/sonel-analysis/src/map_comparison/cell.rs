@@ -6,7 +6,7 @@ use super::moments::Moments;
 use crate::comparison::welch;
 use crate::estimate::StandardError;
 
-/// What both maps say about one cell.
+/// Values of both maps in one cell.
 #[derive(Debug, Clone)]
 pub struct Cell {
     /// Incident energy in A and in B over their batches.

@@ -151,7 +151,7 @@ fn source_names(side: &Traced<'_>) -> String {
     sources.iter().map(|source| format!("\"{}\"", source.name)).collect::<Vec<_>>().join(", ")
 }
 
-/// What could not be compared, a sentence each.
+/// Parts that could not be compared, a sentence each.
 pub fn unmatched(a: &Traced<'_>, b: &Traced<'_>, places: &Places) -> Vec<String> {
     let mut sentences = Vec::new();
     for (map, of, side) in [("A", &places.of_a, a), ("B", &places.of_b, b)] {

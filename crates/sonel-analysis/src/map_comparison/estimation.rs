@@ -8,7 +8,7 @@ use super::incidence::{BatchIncidence, Observer};
 use super::{Incomparable, Pairing};
 use crate::reading::Reading;
 
-/// Batches walked together along the file: so many fewer times it is read.
+/// Batches walked together along the file, which is read as many times less. Memory and speed alone depend on it.
 const BATCHES_PER_WALK: u32 = 8;
 /// Batches held in memory at once, for each map.
 const BATCHES_IN_FLIGHT: u32 = 32;
@@ -17,7 +17,7 @@ const BATCHES_IN_FLIGHT: u32 = 32;
 pub struct Frame<'a> {
     /// A and B.
     pub readings: [Reading<'a>; 2],
-    /// How their noise is related.
+    /// Relation of their noise.
     pub pairing: Pairing,
     /// Whether an arrival after the same history weighs the same in both.
     pub alike: bool,
@@ -25,7 +25,7 @@ pub struct Frame<'a> {
     pub window_ends: Vec<f64>,
     /// Bands in common.
     pub bands: Vec<BandGroup>,
-    /// Where energy arrives.
+    /// Place where energy arrives.
     pub places: Places,
 }
 
@@ -91,7 +91,7 @@ fn walk(observers: &[Observer<'_>; 2], first: u32, batches: [u32; 2]) -> [Vec<Ba
     sides
 }
 
-/// What one batch counts for in a column.
+/// Weight of one batch in a column.
 #[derive(Clone, Copy)]
 struct Share {
     /// Part of the energy that its batch emits [0 … 1].

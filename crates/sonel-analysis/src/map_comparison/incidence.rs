@@ -23,7 +23,7 @@ pub struct Observer<'a> {
     pub columns: Vec<usize>,
 }
 
-/// What the packets of one batch brought, in cells `[place][window][column]`.
+/// Energy of the packets of one batch, in cells `[place][window][column]`.
 pub struct BatchIncidence {
     /// Incident energy, per unit energy that the batch emits [1].
     pub energy: Vec<f64>,

@@ -6,7 +6,7 @@ use super::cell::Cell;
 use super::estimation::Frame;
 use super::moments::Moments;
 use super::{CellDifference, FEWEST_ARRIVALS, Kind, Tier};
-use crate::comparison::{FAMILY_LEVEL, INTERVAL_LEVEL, ROUNDING};
+use crate::comparison::{FAMILY_LEVEL, ROUNDING};
 use crate::student;
 
 /// Kinds of places, which share the level of the comparison.
@@ -50,7 +50,7 @@ pub fn test_cells(kind: Kind, frame: &Frame<'_>, sources: &[(String, Vec<Cell>)]
             let rounding = ROUNDING * incident[0].max(incident[1]);
             let critical = quantile(level, joint.freedom) * joint.sigma + rounding;
             let ratio = cell.level(joint);
-            let mut half = |sigma_db: f64| quantile(INTERVAL_LEVEL, joint.freedom) * sigma_db;
+            let mut half = |sigma_db: f64| quantile(student::MISSED, joint.freedom) * sigma_db;
             let window = index / frame.bands.len() % frame.window_ends.len();
             let begin = if window == 0 { 0.0 } else { frame.window_ends[window - 1] };
             Some(CellDifference {

@@ -14,7 +14,7 @@ pub fn table(receivers: &[ReceiverParameters], title: &str, has_noise: bool) -> 
     let mut notes = Notes::default();
     let noise = if has_noise { "with noise" } else { "no noise" };
     let blocks: Vec<String> =
-        receivers.iter().map(|receiver| block(receiver, (title, noise), &mut notes)).collect();
+        receivers.iter().map(|receiver| block(receiver, title, noise, &mut notes)).collect();
     format!(
         "{}\n±: half-width of the 95 % interval; JND: just-noticeable difference; single: mean over the octaves of the single number\n{}",
         blocks.join("\n"),
@@ -22,7 +22,7 @@ pub fn table(receivers: &[ReceiverParameters], title: &str, has_noise: bool) -> 
     )
 }
 
-fn block(receiver: &ReceiverParameters, (title, noise): (&str, &str), notes: &mut Notes) -> String {
+fn block(receiver: &ReceiverParameters, title: &str, noise: &str, notes: &mut Notes) -> String {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING);
     let parameters: Vec<Parameter> =
@@ -72,7 +72,7 @@ fn row(band: &BandParameters, notes: &mut Notes) -> Vec<String> {
     std::iter::once(band.center_frequency_hz.to_string()).chain(parameters).chain(quality(band)).collect()
 }
 
-/// How straight the decay is that T30 was read from: non-linearity and curvature of ISO 3382-2.
+/// Non-linearity and curvature (ISO 3382-2) of the decay that T30 was read from.
 fn quality(band: &BandParameters) -> [String; 2] {
     let decay = band.parameter(Parameter::T30).as_ref().ok().and_then(|estimate| estimate.decay);
     // Adding zero to a rounded value makes −0.0 plain zero.
@@ -130,7 +130,7 @@ fn digits(value: f64, half: f64) -> usize {
     wanted.clamp(1.0, f64::from(most)) as usize
 }
 
-/// How a mark of a remark begins.
+/// Begin of the mark of a remark.
 const MARK: &str = " [";
 
 /// Remarks, numbered in the order they are first made. Those that differ in numbers alone share one.

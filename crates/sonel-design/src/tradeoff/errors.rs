@@ -40,7 +40,7 @@ pub struct Curve {
     pub points: Vec<Point>,
 }
 
-/// Part of the parameters that may be refused where the others stand for all.
+/// Largest share of refused parameters [1] where the others stand for all. Chosen, not measured.
 const MOST_REFUSED: f64 = 0.1;
 
 /// Errors at one number of packets.

@@ -2,9 +2,6 @@
 
 use sonel_analysis::{jackknife, student};
 
-/// An interval holds the true value with 95 %.
-const MISSED: f64 = 0.05;
-
 /// A value with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measured {
@@ -70,7 +67,7 @@ pub fn line(points: &[(f64, f64, f64)]) -> Option<Line> {
         let freedom = points.len() as u32 - 2;
         (freedom > 0).then(|| {
             let sigma = (residual / f64::from(freedom) * variance).sqrt();
-            student::quantile(MISSED, freedom) * sigma
+            student::quantile(student::MISSED, freedom) * sigma
         })
     };
     Some(Line {

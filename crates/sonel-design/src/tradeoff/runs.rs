@@ -9,7 +9,7 @@ use sonel_study::pipeline::{
     Clock, MapStore, PipelineError, RenderSeconds, Rendered, Room, TraceSeconds, render_and_read,
 };
 
-/// Which parameter a value is of.
+/// Receiver, band and parameter of a value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
     /// Name of the source.
@@ -26,7 +26,7 @@ pub struct Cell {
 /// the run refused it.
 pub type Value = Option<(f64, Option<f64>)>;
 
-/// What the parameters are compared with.
+/// Reference of the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
     /// Emissions of the longer run; none where nothing is sampled and the answer exact.
@@ -51,7 +51,7 @@ impl RunSeconds {
         self.trace.total() + self.render.total() - self.render.parameters
     }
 
-    /// What it is made of, with the names of outputs.
+    /// Parts, with the names of outputs.
     #[must_use]
     pub fn phases(&self) -> [(&'static str, f64); 6] {
         [
@@ -74,7 +74,7 @@ pub struct Run {
     pub packets: u64,
     /// Index of the repeat.
     pub repeat: u32,
-    /// What it cost.
+    /// Cost.
     pub seconds: RunSeconds,
     /// In the order of the cells.
     pub values: Vec<Value>,
@@ -85,11 +85,11 @@ pub struct Run {
 pub struct Tradeoff {
     /// Name of the scene.
     pub scene: String,
-    /// What was run.
+    /// Runs.
     pub sweep: Sweep,
     /// The parameters.
     pub cells: Vec<Cell>,
-    /// What they are compared with.
+    /// Their reference.
     pub reference: Reference,
     /// All simulations.
     pub runs: Vec<Run>,

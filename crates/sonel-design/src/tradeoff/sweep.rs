@@ -10,10 +10,10 @@ use sonel_renderer::{Estimator, RenderSettings};
 pub const JUDGED: [Parameter; 4] =
     [Parameter::Level, Parameter::EarlyDecayTime, Parameter::T30, Parameter::ClarityC80];
 
-/// How a scene is simulated, apart from the number of packets and the seed.
+/// Settings of a simulation, apart from the number of packets and the seed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    /// What it differs in from the others.
+    /// Difference from the others.
     pub name: String,
     /// Settings of the tracer.
     pub trace: Settings,

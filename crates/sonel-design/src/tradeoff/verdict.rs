@@ -9,7 +9,7 @@ use super::fit::{self, Measured};
 use super::runs::Tradeoff;
 use super::sweep::JUDGED;
 
-/// What a setting costs and how it errs.
+/// Cost and errors of a setting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// Index of the setting.
@@ -97,7 +97,7 @@ fn biased(curve: &Curve) -> Option<String> {
         .then(|| format!("{name} by {:+.2} ± {doubt:.2} {unit}", bias.value).replace('-', "−"))
 }
 
-/// Which setting to choose and why, in a few sentences.
+/// Choice of a setting with its reason, in a few sentences.
 #[must_use]
 pub fn recommendation(tradeoff: &Tradeoff, verdicts: &[Verdict]) -> String {
     let name = |verdict: &Verdict| tradeoff.sweep.settings[verdict.setting].name.as_str();

@@ -28,11 +28,11 @@ use crate::edge_path::{EdgePath, Secondary, Visibility};
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::WedgePoint;
 
-/// Least width [m].
+/// Least width of a face [m]; it keeps quotients finite.
 const NARROWEST: f64 = 1e-6;
-/// Distance, in widths of the face, that stands for infinity.
+/// Distance that stands for infinity [widths of the face]: angles differ by a thousandth.
 const FAR: f64 = 1e3;
-/// 1.
+/// One.
 pub(super) const ONE: Complex = Complex::real(1.0);
 
 /// Two edges of a narrow face.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{End, FaceEdge};
 use crate::wedge::{WedgePoint, apex};
 
-/// Least way between two places that are not one [m].
+/// Least distance of two positions that are not one [m]; it keeps quotients finite.
 const SHORTEST: f64 = 1e-6;
 
 /// A way along a face from an edge past the next one.

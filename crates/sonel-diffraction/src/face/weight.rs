@@ -7,7 +7,7 @@
 use super::FaceEdge;
 use crate::wedge::WedgePoint;
 
-/// tan ½θ of the angle over the face below which a second edge fades.
+/// tan ½θ of the angle over the face below which a second edge fades: θ = 11°. Chosen, not measured; doubled, below 23°.
 const FADED: f64 = 0.1;
 
 /// Weights of the receiver's form and of the source's over `edges`.

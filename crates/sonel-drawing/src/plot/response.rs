@@ -14,15 +14,13 @@ use sonel_analysis::student;
 const SHOWN_DB: f64 = 70.0;
 /// Bins and points along the time axis at the most: what an eye can tell apart.
 const POINTS: usize = 250;
-/// An interval holds the true value with 95 %.
-const MISSED: f64 = 0.05;
 
 /// Fluence rate per unit emitted energy of source `s` at receiver `r` over the time since emission, per band, from the coarse bins of the batches; from
 /// the fine bins where the response holds no batches, without intervals then.
 #[must_use]
 pub fn echogram(response: &Response, s: usize, r: usize) -> Panel {
     let series: Vec<Series> = bands(response, |b| {
-        let (edges, estimates) = coarse(response, (s, r, b)).unwrap_or_else(|| fine(response, (s, r, b)));
+        let (edges, estimates) = coarse(response, s, r, b).unwrap_or_else(|| fine(response, s, r, b));
         edges
             .windows(2)
             .zip(estimates)
@@ -47,12 +45,12 @@ pub fn decay(response: &Response, s: usize, r: usize) -> Panel {
     let (direct_time, listed) = (response.direct_time(s, r), listed::Index::new(response));
     let series = bands(response, |b| {
         let (edges, energy) = (&response.time_edges_s, response.echogram(s, r, b));
-        let arrivals = listed.of(response, (s, r, b));
+        let arrivals = listed.of(response, s, r, b);
         let echogram = Echogram { edges, energy, direct_time, arrivals: &arrivals };
         let Ok(curve) = DecayCurve::new(echogram) else { return Vec::new() };
         // Levels relative to the start do not depend on it.
         let scale = LevelScale { source_power_level_db: 0.0, characteristic_impedance: 1.0 };
-        let parts = Parts::read(response, (s, r, b), &arrivals, scale).ok();
+        let parts = Parts::read(response, s, r, b, &arrivals, scale).ok();
         let times = (0..=POINTS).map(|i| curve.duration() * i as f64 / POINTS as f64);
         times
             .map(|time| {
@@ -98,12 +96,12 @@ fn half_width(parts: &Parts, time: f64) -> Option<f64> {
 type Bins = (Vec<f64>, Vec<(f64, Option<f64>)>);
 
 /// The coarse bins of the batches: their weighted mean, and Student's interval of it.
-fn coarse(response: &Response, (s, r, b): (usize, usize, usize)) -> Option<Bins> {
+fn coarse(response: &Response, s: usize, r: usize, b: usize) -> Option<Bins> {
     let stored = response.batches.as_ref()?;
     let edges = response.batch_edges(s, r)?;
     let rows: Vec<(f64, &[f32])> =
         weighted(&stored.weight, |g| response.batch_echogram(g, s, r, b)).collect();
-    let quantile = (rows.len() > 1).then(|| student::quantile(MISSED, rows.len() as u32 - 1));
+    let quantile = (rows.len() > 1).then(|| student::quantile(student::MISSED, rows.len() as u32 - 1));
     let bins = (0..stored.bins).map(|bin| {
         let mean: f64 = rows.iter().map(|(weight, row)| weight * f64::from(row[bin])).sum();
         // The variance of a batch goes with 1/weight: Σ w (e − mean)² / (G − 1) estimates that of the mean.
@@ -118,7 +116,7 @@ fn coarse(response: &Response, (s, r, b): (usize, usize, usize)) -> Option<Bins>
 }
 
 /// The fine bins, joined so that an eye can tell them apart.
-fn fine(response: &Response, (s, r, b): (usize, usize, usize)) -> Bins {
+fn fine(response: &Response, s: usize, r: usize, b: usize) -> Bins {
     let joined = response.bins().div_ceil(POINTS).max(1);
     let energy = response.echogram(s, r, b).chunks(joined);
     let last = response.time_edges_s.last().copied();

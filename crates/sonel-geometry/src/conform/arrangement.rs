@@ -15,7 +15,7 @@ use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::BTreeMap;
 
-/// What another face leaves on one, by corners.
+/// Trace of another face on one, by corners.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Piece {
     /// A line between two corners.
@@ -198,7 +198,7 @@ impl Plane {
         self.axes.map(|axis| place[axis])
     }
 
-    /// Where two lines cross in the interior of both [m].
+    /// Crossing of two lines in the interior of both [m].
     fn crossing(&self, [[a, b], [c, d]]: [[DVec3; 2]; 2], tolerance: f64) -> Option<DVec3> {
         let [p, q, r, s] = [a, b, c, d].map(|place| self.project(place));
         let turn = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {

@@ -16,10 +16,10 @@ use rayon::prelude::*;
 use smallvec::SmallVec;
 use std::time::Duration;
 
-/// Triangles whose neighbours are looked up in one piece of parallel work.
+/// Triangles whose neighbours are looked up in one piece of parallel work. Speed alone depends on it.
 const CHUNK: usize = 1024;
 
-/// How two triangles meet.
+/// Kind of contact of two triangles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Contact {
     /// In a line, by its ends [m].
@@ -192,7 +192,7 @@ impl Face {
         self.normal.dot(reach).abs() > tolerance || inward.dot(reach) < -tolerance * from.distance(to)
     }
 
-    /// Its sides.
+    /// The sides.
     fn sides(&self) -> impl Iterator<Item = [DVec3; 2]> {
         (0..3).map(|i| [self.corners[i], self.corners[(i + 1) % 3]])
     }
@@ -252,7 +252,7 @@ impl Face {
     }
 }
 
-/// What two sets of points on a line along `along` have in common.
+/// The common part of two sets of points on a line along `along`.
 fn common(a: SmallVec<[DVec3; 3]>, b: SmallVec<[DVec3; 3]>, along: DVec3, tolerance: f64) -> Option<Contact> {
     let along = along.try_normalize()?;
     let ends = |points: SmallVec<[DVec3; 3]>| {

@@ -7,10 +7,13 @@ use crate::cells::OUTSIDE;
 use crate::{Side, Surface, SurfaceId};
 use glam::DVec3;
 
-/// Share of the rays from one side of a wall that meet nothing, from which on that side is outside.
+/// Share of diffuse rays from one side of a wall [1] that meet nothing, from which on that side is outside. Chosen, not measured: inside a
+/// room it is the solid-angle share of its holes; at 1 any other building in view makes a side an inner one.
 const OUTER_SHARE: f64 = 0.75;
-/// Rays from each side of a surface, and from all of them together: a scene of many surfaces has many beside one another.
+/// Most rays from each side of a surface: the share is known to 0.06 (one standard error).
 const RAYS_OF_SIDE: usize = 64;
+/// Most rays from all surfaces together, which bounds the time of loading. Chosen, not measured: scenes of more than 3000 surfaces have fewer
+/// for each, at least four.
 const RAYS_OF_ALL: usize = 400_000;
 
 impl Geometry {

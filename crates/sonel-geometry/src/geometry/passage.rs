@@ -13,7 +13,7 @@ use glam::{DVec3, Vec3};
 /// A way out of a partition.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passage {
-    /// How the way goes on.
+    /// Start of the path behind it.
     pub departure: Departure,
     /// The face that is left and the side that is come from, of a partition with thickness; none of a sheet.
     pub emerged: Option<Hit>,
@@ -110,7 +110,7 @@ impl Geometry {
         if near.surface == self.triangle_surface(triangle) { self.pass(&near) } else { None }
     }
 
-    /// What is met at the middle of a triangle from `side`.
+    /// Hit at the middle of a triangle from `side`.
     fn met_at_middle(&self, triangle: u32, side: Side) -> Option<Hit> {
         let surface = self.triangle_surface(triangle);
         let corners: [Vec3; 3] =

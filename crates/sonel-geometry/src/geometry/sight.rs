@@ -18,9 +18,9 @@ use smallvec::SmallVec;
 /// The two ends of a way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// Where it begins.
+    /// The beginning.
     Source,
-    /// Where it ends.
+    /// The end.
     Receiver,
 }
 
@@ -34,10 +34,11 @@ const DISPLACEMENTS: [DVec3; 2] = [
 /// sheared corner, with the origin's, times the four products in an edge function.
 const DOUBTFUL_ULPS: f32 = 512.0;
 
-/// Rounds in which a way and the partitions on it are made to agree.
+/// Most rounds in which a path and the shifts of the partitions on it are made to agree. Chosen, not measured: one round per partition
+/// suffices; doubled, paths through more than six partitions are found.
 pub const MOST_ROUNDS: usize = 6;
 
-/// What a straight way passes.
+/// Surfaces that a straight path passes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sight {
     /// The surfaces, in order; of partitions with thickness the face that is entered.
@@ -51,9 +52,9 @@ pub struct Sight {
 /// A straight piece of a way.
 #[derive(Debug, Clone, Copy)]
 pub struct Leg {
-    /// Where it begins, about the scene's centre [m].
+    /// Beginning, relative to the scene's centre [m].
     pub from: DVec3,
-    /// The offset to its end, but for the shifts of partitions on it [m].
+    /// Offset to the end, without the shifts of partitions [m].
     pub way: DVec3,
     /// The plane that was left.
     pub left: Option<PlaneId>,
@@ -62,13 +63,13 @@ pub struct Leg {
 /// A face on a straight way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossed {
-    /// Where on the way, 0 … 1.
+    /// Position along the path, 0 … 1.
     pub share: f64,
     /// Local position [m].
     pub place: DVec3,
     /// The surface.
     pub surface: SurfaceId,
-    /// Its plane.
+    /// The plane of the triangle.
     pub plane: PlaneId,
     /// The side arrived on.
     pub side: Side,
@@ -109,7 +110,7 @@ impl Geometry {
         self.index.any_near(&ray, slack, |triangle| self.crossed(from, way, triangle).is_some_and(&mut visit))
     }
 
-    /// Where a way from a local position [m] crosses a triangle.
+    /// Crossing of a triangle by the path `way` from a local position [m].
     fn crossed(&self, from: DVec3, way: DVec3, triangle: u32) -> Option<Crossed> {
         let center = self.scale.center;
         let [a, b, c] = self.mesh.corners(triangle).map(|corner| corner - center - from);

@@ -29,7 +29,7 @@ fn touch(map: &SonelMap) {
     for chunk in map.chunks() {
         for path in map.chunk_paths(chunk) {
             let mut sonels = 0;
-            emissions.follow(chunk.0, path, 1.0, (&table, &mut weight), |segment| {
+            emissions.follow(chunk.0, path, 1.0, &table, &mut weight, |segment| {
                 sonels += usize::from(segment.arrival.is_some());
             });
             assert!(sonels <= path.vertices.len());

@@ -34,7 +34,7 @@ pub(crate) struct DirectWay {
     pub towards: DVec3,
     /// Fluence per unit emitted energy after spreading [1/m²].
     pub spread: f64,
-    /// What it passes.
+    /// Partitions passed.
     pub passed: Partitions,
 }
 

@@ -15,20 +15,21 @@ pub(crate) mod zone;
 use sonel_geometry::Geometry;
 use sonel_map::Mode;
 
+use crate::ball::CLEARANCE;
 use crate::disc_size::{disc_radius, free_path};
 use crate::path_class::PathClass;
 use crate::settings::RenderSettings;
 use crate::stochastic::gather::disc::Sheet;
 use zone::ZoneEdge;
 
-/// Share of the mean free path that the radius of the source's sphere takes at [`REFERENCE_RAYS`].
+/// Radius of the source's sphere at [`REFERENCE_RAYS`], relative to the mean free path [1]. Chosen, not measured: that of receiver spheres;
+/// doubled, its bias is four times as large and a quarter of the rays suffices.
 const SPHERE_PER_FREE_PATH: f64 = 0.12;
-/// Share of the mean free path that the radius of a disc takes.
+/// Radius of a disc, relative to the mean free path [1]. Chosen, not measured: half the sphere's; doubled, its bias is four times as large
+/// and it holds four times as many sonels.
 const DISC_PER_FREE_PATH: f64 = 0.06;
-/// The sphere shrinks as M^(−1/6) from here, so that its O(a²) bias vanishes as fast as the noise.
+/// Number of rays M at which the radius is as stated; it goes as M^(−1/6), so that the O(a²) bias vanishes as fast as the noise.
 const REFERENCE_RAYS: f64 = 16_384.0;
-/// Largest part of the way to the nearest surface: a sphere holds no wall, so what meets it sees the source.
-const CLEARANCE: f64 = 0.95;
 
 /// The paper's pass, prepared for one map.
 pub(crate) struct Paper {
@@ -77,7 +78,7 @@ impl Paper {
         self.source_radius[source]
     }
 
-    /// Who owns `class`.
+    /// Estimator of `class`.
     #[must_use]
     pub(crate) fn owner(&self, class: PathClass) -> &'static str {
         match class {

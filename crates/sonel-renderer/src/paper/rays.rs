@@ -27,13 +27,13 @@ pub(crate) struct SourceSight {
     pub length: f64,
     /// Fluence per unit emitted energy, without air [1/m²].
     pub fluence: f64,
-    /// Where the ray left the receiver to.
+    /// Direction in which the ray left the receiver.
     pub towards: glam::Vec3,
     /// Whether the ray also meets the sphere of half the area.
     pub in_half: bool,
 }
 
-/// What a ray can find.
+/// Targets of a ray.
 pub(crate) enum Sight {
     /// A disc in which sonels are counted.
     Disc(GatherPoint),
@@ -49,7 +49,7 @@ pub(crate) struct Looking<'a> {
     pub table: &'a CoefficientTable,
     /// The band, or class of bands, a column of the table.
     pub column: usize,
-    /// What there is to be seen.
+    /// Targets.
     pub radiator: Radiator<'a>,
     /// Radius of its sphere [m].
     pub source_radius: f64,
@@ -57,7 +57,7 @@ pub(crate) struct Looking<'a> {
     pub reach: f64,
 }
 
-/// What becomes of a ray at a surface.
+/// Fate of a ray at a surface.
 enum Turn {
     Diffuse,
     Mirror,
@@ -87,7 +87,7 @@ impl Paper {
                 // The first leg is left to the shadow ray.
                 if leg > 0
                     && let Some(sight) =
-                        looking.source_on((at, direction.as_dvec3()), end.map(|end| at.distance(end)), length)
+                        looking.source_on(at, direction.as_dvec3(), end.map(|end| at.distance(end)), length)
                 {
                     let fluence = sight.fluence * sensitivity / f64::from(self.rays);
                     found(Sight::Source(SourceSight { fluence, towards, ..sight }));
@@ -170,7 +170,8 @@ impl Looking<'_> {
     /// The source, if a leg of `leg` [m] (endless where it meets no wall) from `at` along `direction` comes by.
     fn source_on(
         &self,
-        (at, direction): (glam::DVec3, glam::DVec3),
+        at: glam::DVec3,
+        direction: glam::DVec3,
         leg: Option<f64>,
         length: f64,
     ) -> Option<SourceSight> {

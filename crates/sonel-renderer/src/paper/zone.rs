@@ -145,7 +145,7 @@ mod tests {
         assert!(behind_a_screen(1.0).1[0] <= 0.0);
     }
 
-    /// What a reading that tests the ray to the receiver alone makes of deep shadow.
+    /// Visibility in deep shadow if only the ray to the receiver is tested.
     #[test]
     fn without_the_source_s_ray_deep_shadow_would_be_fully_lit() {
         assert!(behind_a_screen(5.0).1[1] >= 1.0);

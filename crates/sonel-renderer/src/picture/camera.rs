@@ -6,11 +6,11 @@ use glam::DVec3;
 use sonel_geometry::{Departure, Geometry, Hit, Side};
 use thiserror::Error;
 
-/// Most pixels along and across.
+/// Most pixels along and across: a square picture of one band then has the most values that a picture may have.
 pub const MOST_PIXELS: u32 = 16_384;
-/// Sine of the angle to the vertical below which y is up.
+/// Sine of the angle to the vertical below which y is up: aims written with six digits are known to that.
 const VERTICAL: f64 = 1e-6;
-/// Walls that a ray passes from behind at most.
+/// Most walls that a ray passes from behind. It ends rays that find the same wall for ever.
 const MOST_BACKS: usize = 1024;
 
 /// A camera.
@@ -32,7 +32,7 @@ pub enum CameraError {
     Direction {
         /// Where it is [m].
         eye: DVec3,
-        /// What it looks at [m].
+        /// Point at the middle of the picture [m].
         look: DVec3,
     },
     /// A field of view that no plane picture has.

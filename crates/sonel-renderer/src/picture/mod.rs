@@ -33,7 +33,7 @@ use tile::Tile;
 
 /// Chunks read before tiles take their sonels: bounds the memory, whatever the number of threads.
 const CHUNKS_IN_FLIGHT: usize = 16;
-/// Pixels of a tile, about.
+/// Pixels of a tile, about. Speed and memory alone depend on it.
 const TILE_PIXELS: u32 = 16_384;
 /// Most values of a picture: 3 GB while it is made.
 const MOST_VALUES: u64 = 1 << 28;
@@ -41,7 +41,7 @@ const MOST_VALUES: u64 = 1 << 28;
 /// Energy on surfaces as a camera sees it. Pixels are in rows from the top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
-    /// What each pixel shows; [`None`] where no surface is.
+    /// Hit of each pixel; [`None`] where no surface is.
     pub seen: Vec<Option<Hit>>,
     /// By window of time.
     pub windows: Vec<WindowPicture>,

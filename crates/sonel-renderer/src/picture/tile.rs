@@ -25,7 +25,7 @@ impl AsRef<Disc> for PixelDisc {
 
 /// Rows of a picture.
 pub(super) struct Tile {
-    /// What each pixel shows.
+    /// Hit of each pixel.
     pub seen: Vec<Option<Hit>>,
     index: GatherIndex<PixelDisc>,
     windows: usize,

@@ -9,7 +9,7 @@ pub struct Windows {
     spans: Vec<(f64, f64, u32)>,
 }
 
-/// What is wrong with windows; times are from emission [s].
+/// Faults of windows; times are from emission [s].
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum WindowError {
     /// A window that ends before it begins, or is not within the run.

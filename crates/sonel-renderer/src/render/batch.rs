@@ -27,17 +27,17 @@ use crate::stochastic::mirror_connection::ReceiverImages;
 use crate::stochastic::selection::{Selector, SonelSelection};
 
 /// Batches rendered before they are added: bounds the memory, whatever the number of threads.
-const BATCHES_IN_FLIGHT: u32 = 8;
+pub const BATCHES_IN_FLIGHT: u32 = 8;
 
 /// One batch's estimate: all its echograms, and the sums of its classes per receiver.
 pub(crate) struct BatchEstimate {
     deposits: Deposits,
     sums: [Vec<Lanes>; PathClass::ALL.len()],
-    /// What went past the balls of the receivers.
+    /// Packets that passed near the balls of the receivers.
     pub crossings: Crossings,
     kernel: KernelDifference,
     axes: Axes,
-    /// What packets carry at [`TimeBins::marks`](crate::deposit::TimeBins::marks).
+    /// Energy under way at [`TimeBins::marks`](crate::deposit::TimeBins::marks).
     under_way: [Vec<Lanes>; 2],
 }
 
@@ -82,13 +82,7 @@ impl BatchEstimate {
     }
 
     /// Adds the estimate of `batch` of `weight` at the receivers of `tile` to `rendering`.
-    fn add_to(
-        &self,
-        rendering: &mut Rendering,
-        (batch, weight): (usize, f64),
-        tile: &Tile<'_>,
-        bins: &TimeBins,
-    ) {
+    fn add_to(&self, rendering: &mut Rendering, batch: usize, weight: f64, tile: &Tile<'_>, bins: &TimeBins) {
         let receivers = tile.receivers.len();
         for (class, sums) in PathClass::ALL.into_iter().zip(&self.sums) {
             for (receiver, sum) in (tile.first..).zip(sums.chunks_exact(sums.len() / receivers)) {
@@ -116,7 +110,7 @@ impl BatchEstimate {
         }
     }
 
-    /// Where the estimator of `class` leaves its energy.
+    /// Accumulators of the estimator of `class`.
     pub(crate) fn class(&mut self, class: PathClass) -> ClassDeposits<'_> {
         ClassDeposits {
             deposits: &mut self.deposits,
@@ -158,7 +152,7 @@ pub(crate) struct ReceiverGroup<'a> {
     others: Vec<AssignedClasses>,
     /// For places next to receivers; none where no receiver has such places.
     source: Option<NearSource<'a>>,
-    /// Which sonels are connected to them.
+    /// Sonels that are connected to the receivers.
     selection: Option<&'a SonelSelection>,
 }
 
@@ -166,7 +160,7 @@ pub(crate) struct ReceiverGroup<'a> {
 struct Scratch {
     choices: Vec<Stream>,
     selector: Selector,
-    /// What a selected sonel carries, with those that it stands for.
+    /// Energy of a selected sonel, with those that it stands for.
     selected: Vec<Lanes>,
     /// The discs of the batch's rays, where any are cast.
     index: Option<GatherIndex<GatherPoint>>,
@@ -201,7 +195,8 @@ impl Renderer<'_> {
     pub(crate) fn add_batches(
         &self,
         rendering: &mut Rendering,
-        (source, selection): (usize, Option<&SonelSelection>),
+        source: usize,
+        selection: Option<&SonelSelection>,
         tile: &Tile<'_>,
         progress: &mut dyn FnMut(f64),
     ) {
@@ -230,7 +225,7 @@ impl Renderer<'_> {
                 fill(batch, estimate);
             });
             for (batch, estimate) in (first as usize..).zip(group) {
-                estimate.add_to(rendering, (batch, weights[batch]), tile, &self.bins);
+                estimate.add_to(rendering, batch, weights[batch], tile, &self.bins);
             }
             progress(f64::from(count.min(first + BATCHES_IN_FLIGHT)) / f64::from(count));
         }
@@ -290,7 +285,7 @@ impl Renderer<'_> {
                 Found::Near(place) => {
                     let Some(source) = &group.source else { return };
                     let mut deposits = estimate.class(last_class(place.seen_directly));
-                    source.connect(&place, (number, receiver), &medium, scratch, &mut deposits);
+                    source.connect(&place, number, receiver, &medium, scratch, &mut deposits);
                 }
             });
         }
@@ -343,13 +338,13 @@ impl Renderer<'_> {
             let length = segment.end_length + ray + leg;
             let Some(bin) = self.bins.bin(length) else { continue };
             medium.receive(prepared, (ray + leg).max(0.0), brought);
-            let kernel = (gain, group.tile.coarse_bin(receiver, bin));
+            let coarse = group.tile.coarse_bin(receiver, bin);
             let arriving = Arriving { receiver, towards: point.towards.as_dvec3(), length, bin };
-            estimate.class(class).add_from_kernel(arriving, brought, kernel, &medium);
+            estimate.class(class).add_from_kernel(arriving, brought, gain, coarse, &medium);
         }
     }
 
-    /// What lies between sonels and receivers.
+    /// Medium between sonels and receivers.
     pub(crate) fn medium(&self) -> Medium<'_> {
         Medium {
             geometry: self.geometry,
@@ -363,7 +358,7 @@ impl Renderer<'_> {
     /// Fills `estimate`, which is empty, with what one batch says.
     fn estimate(&self, batch: u32, source: usize, group: &ReceiverGroup<'_>, estimate: &mut BatchEstimate) {
         if let Some(paper) = &self.paper {
-            return self.estimate_as_paper(paper, (batch, source), group, estimate);
+            return self.estimate_as_paper(paper, batch, source, group, estimate);
         }
         let bands = self.table.bands();
         let zeros = vec![Lanes::ZERO; lanes_of(bands)];
@@ -384,7 +379,7 @@ impl Renderer<'_> {
         for path in self.map.batch_paths(source as u32, batch) {
             scratch.selector = Selector::new(selections.stream(path.emission).uniform_fine());
             self.follow_path(path, source, 1.0, &mut weight, |segment, arriving| {
-                self.add_segment((segment, arriving), group, &mut scratch, estimate);
+                self.add_segment(segment, arriving, group, &mut scratch, estimate);
             });
         }
     }
@@ -412,21 +407,22 @@ impl Renderer<'_> {
         weight: &mut PathWeight,
         mut visit: impl FnMut(&Segment<'_>, &[Lanes]),
     ) {
-        let (source, carrier) = (source as u32, (&self.table, weight));
+        let (source, table) = (source as u32, &self.table);
         if !self.airs.are_several() {
             let visit = |segment: &Segment<'_>| visit(segment, segment.energy);
-            return self.emissions.follow(source, path, unit, carrier, visit);
+            return self.emissions.follow(source, path, unit, table, weight, visit);
         }
         let mut fading = Fading::new(&self.airs, lanes_of(self.table.bands()), self.bins.reach);
         let visit = |segment: &Segment<'_>| fading.visit(segment, &mut visit);
-        self.emissions.follow(source, path, unit, carrier, visit);
+        self.emissions.follow(source, path, unit, table, weight, visit);
     }
 
     /// Adds what `segment`, with energy `arriving` at its end, brings to the receivers.
     #[inline]
     fn add_segment(
         &self,
-        (segment, arriving): (&Segment<'_>, &[Lanes]),
+        segment: &Segment<'_>,
+        arriving: &[Lanes],
         group: &ReceiverGroup<'_>,
         scratch: &mut Scratch,
         estimate: &mut BatchEstimate,

@@ -16,13 +16,14 @@ use crate::receiver::{PreparedReceiver, axes};
 use crate::regions::RegionAir;
 use crate::rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
 
-/// Mirror arrivals up to this order are listed one by one unless an order was asked for.
+/// Order up to which image-source arrivals are listed one by one unless an order was asked for. Chosen, not measured; doubled, a box lists
+/// 2625 arrivals instead of 377.
 const LISTED_ORDER: u32 = 6;
 
 /// The classes, as [`Part`] lists them.
 const CLASSES: [PathClass; 3] = [PathClass::Direct, PathClass::ImageSource, PathClass::Edge];
 
-/// What is common to all receivers of a source.
+/// Deterministic sound of a source, common to all receivers.
 struct Emitted<'a> {
     /// Number of the air at the source.
     air: u32,
@@ -32,7 +33,7 @@ struct Emitted<'a> {
     over_edges: Option<(&'a Edges, &'a Images<'a>)>,
 }
 
-/// What arrives at one receiver.
+/// Deterministic arrivals at one receiver.
 struct Part<'a> {
     renderer: &'a Renderer<'a>,
     index: usize,
@@ -54,7 +55,8 @@ impl<'a> Part<'a> {
     /// Nothing yet, at `receiver` number `index`.
     fn new(
         renderer: &'a Renderer<'a>,
-        (index, receiver): (usize, &PreparedReceiver),
+        index: usize,
+        receiver: &PreparedReceiver,
         air: &'a RegionAir,
         borders: &'a [f64],
     ) -> Self {
@@ -77,13 +79,7 @@ impl<'a> Part<'a> {
     }
 
     /// Adds the `energy` of an arrival of `class` by its length, direction and order, by itself where it is `listed`.
-    fn add(
-        &mut self,
-        class: usize,
-        (length, towards, order): (f64, DVec3, u32),
-        energy: &[Lanes],
-        listed: bool,
-    ) {
+    fn add(&mut self, class: usize, length: f64, towards: DVec3, order: u32, energy: &[Lanes], listed: bool) {
         let length = length * self.air.stretch;
         self.arriving.set_times(energy, self.air.impedance);
         let energy = &self.arriving[..];
@@ -111,7 +107,8 @@ impl Renderer<'_> {
     pub(crate) fn add_deterministic(
         &self,
         rendering: &mut Rendering,
-        (source, radiator): (usize, Radiator<'_>),
+        source: usize,
+        radiator: Radiator<'_>,
         image_sources: &ImageSources,
         receivers: &[PreparedReceiver],
         borders: &[Vec<f64>],
@@ -128,7 +125,7 @@ impl Renderer<'_> {
             .map(|(index, (receiver, borders))| {
                 let bands = 0..self.table.bands();
                 let others: Vec<f64> = bands.map(|band| rendering.energy(index, band)).collect();
-                self.arrivals_at(index, &emitted, receiver, (borders, &others))
+                self.arrivals_at(index, &emitted, receiver, borders, &others)
             })
             .collect();
         for (index, part) in parts.into_iter().enumerate() {
@@ -145,17 +142,18 @@ impl Renderer<'_> {
         }
     }
 
-    /// What arrives at `receiver` number `index`, where all other classes bring `others` per band [1/m²].
+    /// Arrivals at `receiver` number `index`, where all other classes bring `others` per band [1/m²].
     fn arrivals_at<'b>(
         &'b self,
         index: usize,
         emitted: &Emitted<'_>,
         receiver: &PreparedReceiver,
-        (borders, others): (&'b [f64], &[f64]),
+        borders: &'b [f64],
+        others: &[f64],
     ) -> Part<'b> {
         let Emitted { air, radiator, image_sources, over_edges } = *emitted;
         let air = self.airs.air(air);
-        let mut part = Part::new(self, (index, receiver), air, borders);
+        let mut part = Part::new(self, index, receiver, air, borders);
         let at = ReceiverContext {
             geometry: self.geometry,
             table: &self.table,
@@ -170,20 +168,20 @@ impl Renderer<'_> {
         match over_edges {
             None => self.visit_visible(&at, emitted, |wave, energy| {
                 let MirrorArrival { length, towards, order, .. } = *wave;
-                part.add(class(order), (length, towards, order), energy, order <= listed);
+                part.add(class(order), length, towards, order, energy, order <= listed);
             }),
             Some((edges, images)) => {
                 let mut visible = self.visible(edges, &at, emitted);
                 let is_clear = visible.iter().any(|wave| wave.order == 0 && wave.place.through.is_empty());
                 let sound = edges.arrivals_at(&at, images, &mut visible, others);
                 for arrival in sound.arrivals {
-                    let found = (arrival.length, arrival.towards, arrival.order);
                     // Beside a clear direct path edges are many and weak: they count but are not listed.
                     let listed = !is_clear && arrival.order <= listed;
-                    part.add(2, found, &to_lanes(arrival.energy), listed);
+                    let energy = to_lanes(arrival.energy);
+                    part.add(2, arrival.length, arrival.towards, arrival.order, &energy, listed);
                 }
                 for VisibleWave { length, towards, order, energy, .. } in visible {
-                    part.add(class(order), (length, towards, order), &to_lanes(energy), order <= listed);
+                    part.add(class(order), length, towards, order, &to_lanes(energy), order <= listed);
                 }
                 part.edge_work = Some(sound.work);
             }

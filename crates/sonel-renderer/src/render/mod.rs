@@ -4,7 +4,7 @@
 //! deterministic arrivals, and the spread between batches is the interval (docs/physics.md §7). Batches are rendered on
 //! all cores and added in order, so neither the number of threads nor the receivers that share a call change a bit.
 
-mod batch;
+pub(crate) mod batch;
 mod deterministic;
 mod lateral;
 mod ownership;
@@ -40,7 +40,7 @@ use survey::SonelSurvey;
 
 /// Receivers rendered in one sweep: few enough that the echograms they share stay in the cache, which halves the time of a
 /// connection; sweeping the paths again costs less than a connection each.
-const RECEIVERS_IN_FLIGHT: u32 = 8;
+pub const RECEIVERS_IN_FLIGHT: u32 = 8;
 /// Visibility rays of a batch from all of them, where one receiver alone has no more: each leaves some twenty discs of 250 bytes.
 pub const RAYS_IN_FLIGHT: u32 = 8192;
 
@@ -48,13 +48,13 @@ pub const RAYS_IN_FLIGHT: u32 = 8192;
 /// map states.
 const MOST_AIR_NODES: usize = 1 << 22;
 
-/// What a rendering of a map needs besides the map, its walls and the receivers: for one choice of settings and materials, at any receivers.
+/// State of a rendering that no receiver changes: for one choice of settings and materials.
 pub struct Preparation {
     pub(crate) settings: RenderSettings,
     pub(crate) bins: TimeBins,
     /// The airs of the scene.
     pub(crate) airs: Airs,
-    /// What every air takes of what packets carry.
+    /// Attenuation, in every air, of the energies that packets carry.
     pub(crate) carried_air: AirTable,
     /// Bands that neither coefficients nor air tell apart: all estimators work on these.
     pub(crate) classes: BandClasses,
@@ -67,7 +67,7 @@ pub struct Preparation {
     pub(crate) image_order: u32,
     /// Image sources of each source, found when they are first asked for.
     pub(crate) image_sources: Vec<OnceLock<ImageSources>>,
-    /// What a part of the sonels of each source tells before anything is rendered.
+    /// Surveys of the sonels, by source.
     pub(crate) surveys: Vec<SonelSurvey>,
     /// Surfaces laid out and how rays gather on them; none where a forced estimator does without.
     pub(crate) gather: Option<(Vec<Sheet>, GatherSettings)>,
@@ -146,7 +146,7 @@ impl<'a> Renderer<'a> {
         let diffracts = settings.edges && !by_paper && geometry.diffracting_edges().next().is_some();
         let classes = band_classes(map, diffracts, &attenuation);
         let carried = carries(&settings.air, map);
-        let (airs, least) = Airs::new((scene, &settings.air), &classes, (&attenuation, &carried), bins.reach);
+        let (airs, least) = Airs::new(scene, &settings.air, &classes, &attenuation, &carried, bins.reach);
         let table = map.coefficients(&classes);
         let has_lattice = settings.estimator == Estimator::Auto && lattice_room(geometry, &table).is_some();
         let sources = scene.sources.len();
@@ -154,7 +154,7 @@ impl<'a> Renderer<'a> {
             image_order: if has_lattice { image_order(geometry, &table) } else { 0 },
             image_sources: (0..sources).map(|_| OnceLock::new()).collect(),
             gather: settings.estimator.has_rays().then(|| {
-                (Sheet::all(geometry), gather_settings(&settings, (geometry, &table), traced, ray_reach))
+                (Sheet::all(geometry), gather_settings(&settings, geometry, &table, traced, ray_reach))
             }),
             paper: by_paper.then(|| Paper::new(geometry, map.header(), &settings)),
             edges: if diffracts { edges(scene, geometry) } else { Vec::new() },
@@ -180,7 +180,7 @@ impl<'a> Renderer<'a> {
         Self { map, geometry, prepared, batches: map.header().settings.batches }
     }
 
-    /// What it was prepared with, for [`Self::resume`].
+    /// The preparation, for [`Self::resume`].
     #[must_use]
     pub fn preparation(&self) -> Arc<Preparation> {
         Arc::clone(&self.prepared)
@@ -339,12 +339,12 @@ impl<'a> Renderer<'a> {
             let range = tile * together..((tile + 1) * together).min(prepared.len());
             let done = &mut |share| progress((tile as f64 + share) / tiles as f64);
             let tile = self.tile(source, &prepared, borders, range);
-            self.add_batches(&mut rendering, (source, selection), &tile, done);
+            self.add_batches(&mut rendering, source, selection, &tile, done);
         }
         // Last: which edges matter depends on what else is heard.
-        self.add_deterministic(&mut rendering, (source, radiator), image_sources, &prepared, borders);
+        self.add_deterministic(&mut rendering, source, radiator, image_sources, &prepared, borders);
         progress(1.0);
-        self.bound_unseen(&mut rendering, source, (&prepared, borders));
+        self.bound_unseen(&mut rendering, source, &prepared, borders);
         Ok(rendering.spread(&self.classes))
     }
 
@@ -353,13 +353,14 @@ impl<'a> Renderer<'a> {
         &self,
         rendering: &mut Rendering,
         source: usize,
-        (receivers, borders): (&[PreparedReceiver], &[Vec<f64>]),
+        receivers: &[PreparedReceiver],
+        borders: &[Vec<f64>],
     ) {
         for (index, (receiver, borders)) in receivers.iter().zip(borders).enumerate() {
             let fluence = |beam| receiver.balls.at(0.0, beam).fluence_per_crossing();
             let unseen = rendering.crossings.unseen(index, fluence);
             let time = self.bins.time(self.straight_length(source, receiver));
-            rendering.add_unseen((index, borders), time, &unseen);
+            rendering.add_unseen(index, borders, time, &unseen);
         }
     }
 
@@ -404,7 +405,7 @@ impl<'a> Renderer<'a> {
             .par_iter()
             .map(|r| {
                 let position = self.geometry.to_local(r.position);
-                let outlook = sample.seen_from((self.geometry, &self.table), position);
+                let outlook = sample.seen_from(self.geometry, &self.table, position);
                 let scale = outlook.scale.map_or(*of_all, |scale| scale.in_halves_of(of_room));
                 let disc = self
                     .gather
@@ -444,7 +445,8 @@ fn gathers_by_mirrors(settings: &RenderSettings, geometry: &Geometry, table: &Co
 
 fn gather_settings(
     settings: &RenderSettings,
-    (geometry, table): (&Geometry, &CoefficientTable),
+    geometry: &Geometry,
+    table: &CoefficientTable,
     traced: &sonel_map::Settings,
     reach: f64,
 ) -> GatherSettings {

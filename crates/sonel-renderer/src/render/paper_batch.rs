@@ -1,7 +1,7 @@
 //! One batch of the paper's pass: rays are cast, their discs indexed, the sonels stream past.
 
 use glam::DVec3;
-use sonel_map::{Arrival, BandValues, Lanes, Segment, lanes_of};
+use sonel_map::{BandValues, Lanes, Segment, lanes_of};
 use sonel_sampling::{Purpose, ScrambledSobol};
 
 use super::Renderer;
@@ -27,19 +27,18 @@ impl Renderer<'_> {
     pub(crate) fn estimate_as_paper(
         &self,
         paper: &Paper,
-        (batch, source): (u32, usize),
+        batch: u32,
+        source: usize,
         group: &ReceiverGroup<'_>,
         estimate: &mut BatchEstimate,
     ) {
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
-        let index = self.look(paper, (batch, source), radiator, group, estimate);
-        self.look_over_edges(paper, (batch, source), radiator, group, estimate);
+        let index = self.look(paper, batch, source, radiator, group, estimate);
+        self.look_over_edges(paper, batch, source, radiator, group, estimate);
         let mut scratch = vec![Lanes::ZERO; lanes_of(self.table.bands())];
         self.each_segment(batch, source, |segment, _| {
             estimate.record_segment(segment, &self.medium(), &mut scratch);
-            if let Some(arrival) = segment.arrival {
-                self.count(paper, (segment, arrival), &index, group, &mut scratch, estimate);
-            }
+            self.count(paper, segment, &index, group, &mut scratch, estimate);
         });
     }
 
@@ -47,7 +46,8 @@ impl Renderer<'_> {
     fn look(
         &self,
         paper: &Paper,
-        (batch, source): (u32, usize),
+        batch: u32,
+        source: usize,
         radiator: Radiator<'_>,
         group: &ReceiverGroup<'_>,
         estimate: &mut BatchEstimate,
@@ -72,11 +72,11 @@ impl Renderer<'_> {
                         let Some(bin) = self.bins.bin(length) else { return };
                         let mut energy = only(column, columns, sight.fluence);
                         let gain = if sight.in_half { 2.0 } else { 0.0 };
-                        let kernel = (gain, group.tile.coarse_bin(number, bin));
+                        let coarse = group.tile.coarse_bin(number, bin);
                         let towards = sight.towards.as_dvec3();
                         let arriving = Arriving { receiver: number, towards, length, bin };
                         let mut deposits = estimate.class(PathClass::LateSpecular);
-                        deposits.add_from_kernel(arriving, &mut energy, kernel, &medium);
+                        deposits.add_from_kernel(arriving, &mut energy, gain, coarse, &medium);
                     }
                 });
             }
@@ -88,7 +88,8 @@ impl Renderer<'_> {
     fn look_over_edges(
         &self,
         paper: &Paper,
-        (batch, source): (u32, usize),
+        batch: u32,
+        source: usize,
         radiator: Radiator<'_>,
         group: &ReceiverGroup<'_>,
         estimate: &mut BatchEstimate,
@@ -110,7 +111,8 @@ impl Renderer<'_> {
                 let mut energy = visibilities(
                     self.geometry,
                     edge,
-                    (radiator.position, receiver.exact),
+                    radiator.position,
+                    receiver.exact,
                     &paper.wavelengths,
                     &sequence,
                 );
@@ -132,12 +134,13 @@ impl Renderer<'_> {
     fn count(
         &self,
         paper: &Paper,
-        (segment, arrival): (&Segment<'_>, Arrival),
+        segment: &Segment<'_>,
         index: &GatherIndex<GatherPoint>,
         group: &ReceiverGroup<'_>,
         scratch: &mut [Lanes],
         estimate: &mut BatchEstimate,
     ) {
+        let Some(arrival) = segment.arrival else { return };
         let (columns, medium) = (self.table.bands(), self.medium());
         let at = paper.sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
         let first = place(arrival.surface, arrival.side) * columns as u32;
@@ -151,9 +154,9 @@ impl Renderer<'_> {
                 let length = segment.end_length + point.length;
                 let Some(bin) = self.bins.bin(length) else { continue };
                 scratch.set_product(segment.energy, &point.weight, 1.0);
-                let kernel = (gain, group.tile.coarse_bin(receiver, bin));
+                let coarse = group.tile.coarse_bin(receiver, bin);
                 let arriving = Arriving { receiver, towards: point.towards.as_dvec3(), length, bin };
-                estimate.class(class).add_from_kernel(arriving, scratch, kernel, &medium);
+                estimate.class(class).add_from_kernel(arriving, scratch, gain, coarse, &medium);
             }
         }
     }
@@ -163,7 +166,8 @@ impl Renderer<'_> {
 fn visibilities(
     geometry: &Geometry,
     edge: &ZoneEdge,
-    (source, receiver): (DVec3, DVec3),
+    source: DVec3,
+    receiver: DVec3,
     wavelengths: &[f64],
     sequence: &ScrambledSobol,
 ) -> Vec<Lanes> {

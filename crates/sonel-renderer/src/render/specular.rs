@@ -48,7 +48,7 @@ impl Renderer<'_> {
             let range = first..(first + RECEIVERS).min(receivers.len());
             let tile = self.tile(source, receivers, borders, range);
             let fill = |batch, estimate: &mut BatchEstimate| {
-                self.mirror_rays((source, batch), mirror_order, &tile, estimate);
+                self.mirror_rays(source, batch, mirror_order, &tile, estimate);
             };
             self.add_estimates(rendering, &tile, fill, &mut |_| {});
         }
@@ -57,7 +57,8 @@ impl Renderer<'_> {
     /// Follows the rays of one batch.
     fn mirror_rays(
         &self,
-        (source, batch): (usize, u32),
+        source: usize,
+        batch: u32,
         mirror_order: u32,
         tile: &Tile<'_>,
         estimate: &mut BatchEstimate,
@@ -90,7 +91,7 @@ impl Renderer<'_> {
                 let hit = self.geometry.closest_hit(way.departure, way.direction);
                 if way.reflections > mirror_order {
                     estimate.crossings.pass(Beam::Mirrored, &energy);
-                    self.cross(&way, hit.as_ref(), tile, (&energy, &mut scratch), estimate);
+                    self.cross(&way, hit.as_ref(), tile, &energy, &mut scratch, estimate);
                 }
                 let Some(hit) = hit else { break };
                 let (reflections, before) = (way.reflections, energy.largest());
@@ -114,7 +115,8 @@ impl Renderer<'_> {
         way: &Way,
         hit: Option<&Hit>,
         tile: &Tile<'_>,
-        (energy, scratch): (&[Lanes], &mut [Lanes]),
+        energy: &[Lanes],
+        scratch: &mut [Lanes],
         estimate: &mut BatchEstimate,
     ) {
         let start = way.departure.origin;
@@ -165,7 +167,7 @@ impl Renderer<'_> {
     }
 }
 
-/// Where a ray stands and how it goes on.
+/// State of a ray.
 struct Way {
     departure: Departure,
     direction: glam::Vec3,

@@ -20,11 +20,11 @@ use crate::stochastic::medium::Medium;
 /// One sonel, ready to be connected.
 #[derive(Debug)]
 pub(crate) struct DiffuseSonel<'a> {
-    /// Where it arrived [m].
+    /// Position of arrival [m].
     pub position: Vec3,
     /// Normal of the surface on the side of arrival.
     pub normal: Vec3,
-    /// How a ray leaves the surface there.
+    /// Start of a ray from the surface there.
     pub departure: Departure,
     /// Path length so far [m].
     pub length: f64,
@@ -42,7 +42,7 @@ pub(crate) fn normal_on(side: Side, front: Vec3) -> Vec3 {
     }
 }
 
-/// How energy arrives at a receiver.
+/// Arrival of energy at a receiver.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Arriving {
     /// Number of the receiver.
@@ -55,18 +55,18 @@ pub(crate) struct Arriving {
     pub bin: usize,
 }
 
-/// Where an estimator of one class leaves its energy: the echograms of all classes, and the sums of its own.
+/// Accumulators of an estimator of one class: the echograms of all classes, and the sums of its own.
 #[derive(Debug)]
 pub(crate) struct ClassDeposits<'a> {
     /// Echograms.
     pub deposits: &'a mut Deposits,
     /// Sum over time, per receiver and band.
     pub sum: &'a mut [Lanes],
-    /// What kernels of half the area would have found.
+    /// Difference to kernels of half the area.
     pub kernel: &'a mut KernelDifference,
-    /// What went past the balls of receivers.
+    /// Packets that passed near the balls of receivers.
     pub crossings: &'a mut Crossings,
-    /// Where directions are asked for.
+    /// Axes of the directions, where they are asked for.
     pub axes: &'a Axes,
 }
 
@@ -92,7 +92,8 @@ impl ClassDeposits<'_> {
         &mut self,
         arriving: Arriving,
         energy: &mut [Lanes],
-        (gain, coarse): (f64, u32),
+        gain: f64,
+        coarse: u32,
         medium: &Medium<'_>,
     ) {
         self.add(arriving, energy, medium);
@@ -116,7 +117,7 @@ pub(crate) fn connect(
 ) {
     for (index, receiver) in receivers.iter().enumerate() {
         if let Some(leg) = medium.table.propagation().leg(sonel.position.as_dvec3(), receiver.exact) {
-            connect_by_arc(sonel, (index, receiver), &leg, medium, scratch, deposits);
+            connect_by_arc(sonel, index, receiver, &leg, medium, scratch, deposits);
             continue;
         }
         let offset = receiver.position - sonel.position;
@@ -150,7 +151,8 @@ pub(crate) fn connect(
 #[cold]
 fn connect_by_arc(
     sonel: &DiffuseSonel<'_>,
-    (index, receiver): (usize, &PreparedReceiver),
+    index: usize,
+    receiver: &PreparedReceiver,
     leg: &Leg,
     medium: &Medium<'_>,
     scratch: &mut [Lanes],

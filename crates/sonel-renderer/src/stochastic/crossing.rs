@@ -45,7 +45,7 @@ pub(crate) fn is_left_to_sphere(history: SegmentHistory, others: AssignedClasses
 /// A straight piece of a way.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Piece<'a> {
-    /// Where it begins and ends, about the scene's centre [m].
+    /// Ends, relative to the scene's centre [m].
     pub ends: (Vec3, Vec3),
     /// Path length from the source to its beginning [m].
     pub start_length: f64,
@@ -53,7 +53,7 @@ pub(crate) struct Piece<'a> {
     pub energy: &'a [Lanes],
     /// Path length from which on the receiver's air has still to take its part, where the scene has several [m].
     pub fades_from: f64,
-    /// What its path is to a ball.
+    /// Kind of the path for a ball.
     pub beam: Beam,
 }
 
@@ -99,7 +99,7 @@ pub(crate) fn cross<'a>(
         scratch.set_times(piece.energy, fluence);
         medium.receive(receiver, (length - piece.fades_from).max(0.0), scratch);
         let arriving = Arriving { receiver: index, towards: -along, length, bin };
-        deposits.add_from_kernel(arriving, scratch, (chord.gain, coarse(index, bin)), medium);
+        deposits.add_from_kernel(arriving, scratch, chord.gain, coarse(index, bin), medium);
     }
 }
 

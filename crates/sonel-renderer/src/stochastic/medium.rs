@@ -10,16 +10,16 @@ use crate::partition::Partitions;
 use crate::receiver::PreparedReceiver;
 use crate::regions::Airs;
 
-/// What lies between a sonel and a receiver.
+/// Medium between a sonel and a receiver.
 #[derive(Clone, Copy)]
 pub(crate) struct Medium<'a> {
     /// Walls.
     pub geometry: &'a Geometry,
-    /// What they do.
+    /// Coefficients of the surfaces.
     pub table: &'a CoefficientTable,
     /// Time bins.
     pub bins: &'a TimeBins,
-    /// What every air takes of what packets carry.
+    /// Attenuation, in every air, of the energies that packets carry.
     pub air: &'a AirTable,
     /// The airs.
     pub airs: &'a Airs,
@@ -32,7 +32,7 @@ impl Medium<'_> {
         self.airs.receive(receiver.air, length, energy);
     }
 
-    /// What a straight way passes; [`None`] where something is in the way that nothing passes.
+    /// Partitions on a straight path; [`None`] where it is blocked.
     #[inline]
     #[must_use]
     pub(crate) fn partitions(&self, from: Departure, to: Vec3) -> Option<Partitions> {

@@ -13,21 +13,24 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 use sonel_map::{BandValues, Lanes};
 
-/// Windows of time in a run: 40 ms of three seconds, in which a room decays by some dB.
+/// Windows of time in a run: 47 ms of three seconds, in which a room decays by some dB. Chosen, not measured; doubled, thresholds follow the
+/// decay more closely from half as many sonels each.
 const WINDOWS: usize = 64;
-/// Parts of the scene along each axis: a room behind a wall has thresholds of its own.
+/// Parts of the scene along each axis: a room behind a wall has thresholds of its own. Chosen, not measured; doubled, each cell has an eighth
+/// of the sonels to estimate them from.
 const PARTS: usize = 4;
 const CELLS: usize = PARTS * PARTS * PARTS;
 
-/// Energy of a window, of that with most energy, from which on sonels count as late: the middle of the range of T30, 25 dB below the start.
+/// Energy of a window relative to the strongest one below which its sonels count as late [1]: the middle of the range of T30, −25 dB.
 const LATE: f64 = 0.003_16;
 /// Sonels taken from the window with most energy where early ones are thinned out, in multiples of the effective number (Σe)² / Σe² of the late
 /// ones: EDT and T30 have about equal errors then, in just-noticeable differences, in the hall and in offices.
 const EARLY_PER_LATE: f64 = 14.0;
-/// Smallest part of that in any other window; between, the number follows the energy.
+/// Smallest share of [`EARLY_PER_LATE`] in any other window [1]; between, the number follows the energy. Chosen, not measured; doubled, weak
+/// early windows cost twice as many connections.
 const LEAST: f64 = 0.1;
 
-/// Which sonels are about the same time and place.
+/// Grid of times and places for sonels.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Neighbourhoods {
     lanes: usize,
@@ -63,7 +66,7 @@ impl Neighbourhoods {
     }
 }
 
-/// What sonels carry, by time, place and band.
+/// Energies of sonels by time, place and band.
 #[derive(Debug, Clone)]
 pub(crate) struct SonelCounts {
     neighbourhoods: Neighbourhoods,
@@ -94,7 +97,7 @@ impl SonelCounts {
         self.squares.add(&other.squares);
     }
 
-    /// How sonels are selected, and whether early ones are thinned out.
+    /// Selection of sonels, and whether early ones are thinned out.
     #[must_use]
     pub(crate) fn selection(&self, thins: bool) -> SonelSelection {
         let thinned = if thins { EARLY_PER_LATE * self.late_per_early() } else { f64::INFINITY };
@@ -156,7 +159,7 @@ impl SonelCounts {
     }
 }
 
-/// How sonels are selected.
+/// Selection of sonels.
 #[derive(Debug, Clone)]
 pub(crate) struct SonelSelection {
     neighbourhoods: Neighbourhoods,

@@ -8,14 +8,15 @@ use sonel_geometry::{Geometry, Surface, SurfaceId};
 use crate::Scene;
 use crate::notation::{count, number, place};
 
-/// How many of a kind are named.
+/// Most faults of a kind that are named: a line of a message.
 const NAMED: usize = 5;
-/// A sliver is lower than this [m] and this part of its longest side.
+/// Height below which a triangle may be a sliver [m]: that of the cracks that are closed by default.
 const SLIVER_HEIGHT: f64 = 1e-3;
+/// Share of its longest side below which it is one [1]. Chosen, not measured; doubled, strips of 1 mm on half a metre are named.
 const SLIVER_SHARE: f64 = 1e-3;
-/// Largest distance of overlapping faces [m].
+/// Largest distance of overlapping faces [m]: that of the cracks that are closed by default.
 const WIDEST_OVERLAP: f64 = 1e-3;
-/// A face of a solid touches others with all of it if at most this share does not.
+/// Largest share of a solid's face in air [1] with which all of it counts as touching others. Chosen, not measured; doubled, 2 % may be bare.
 const LARGEST_BARE_SHARE: f64 = 0.01;
 
 /// One sentence for each kind of fault of the walls of a scene.

@@ -25,22 +25,22 @@ use crate::report::Remarks;
 use crate::room::leak;
 use crate::{Document, Problem, Scene, SceneErrors};
 
-/// What was found.
+/// Findings of a checkup.
 #[derive(Debug)]
 pub struct Checkup {
     /// Why the scene cannot be traced.
     pub problems: Vec<Problem>,
-    /// What is likely a mistake: one sentence each.
+    /// Likely mistakes: one sentence each.
     pub warnings: Vec<String>,
     /// Faults of the mesh with their places: one sentence each.
     pub faults: Vec<String>,
     /// Defaults taken, repairs made: one sentence each.
     pub notes: Vec<String>,
-    /// What of the notes and faults was repaired in the mesh.
+    /// Repairs of the mesh, of those notes and faults.
     pub repairs: Vec<String>,
     /// The room, where its walls could be read.
     pub room: Option<Room>,
-    /// Its mesh as it is traced, where its walls could be read.
+    /// The mesh as it is traced, where the walls could be read.
     pub repaired: Option<Repaired>,
     /// The scene and its walls, where nothing is wrong that stops a trace.
     pub traceable: Option<(Scene, Geometry)>,
@@ -70,7 +70,7 @@ pub struct Room {
 /// A material and where it is.
 #[derive(Clone, Debug)]
 pub struct Covering {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Area exposed to the air [m²].
     pub area: f64,

@@ -17,7 +17,7 @@ use super::collector::Collector;
 use super::{Open, ROTATION_ROUNDING, right_angled};
 use crate::obj::{FileTerms, LineProblem, NAMELESS, Polygons, and_more};
 
-/// Nodes in nodes at most.
+/// Deepest nesting of nodes. Chosen: it bounds the recursion's stack; exporters nest some tens deep.
 const DEEPEST: usize = 200;
 /// A header of a binary file.
 const HEADER: u32 = 12;

@@ -46,7 +46,7 @@ pub(crate) fn read(path: &str, bytes: &[u8], open: Open<'_>) -> Result<Polygons,
     }
 }
 
-/// What the 32-bit numbers of a rotation leave open: two units in the last place of 1.
+/// Uncertainty of a rotation of 32-bit numbers [1]: two units in the last place of 1.
 const ROTATION_ROUNDING: f64 = 2.4e-7;
 
 /// A rotation by right angles without its rounding, so that it keeps the coordinates of a room; any other as it is.

@@ -11,7 +11,7 @@ use super::collector::Collector;
 use super::color_name;
 use crate::obj::{FileTerms, LineProblem, NAMELESS, Polygons};
 
-/// What is read of a vertex or a face.
+/// Elements read of a vertex or a face.
 #[derive(Default)]
 struct Row {
     position: [Option<f64>; 3],
@@ -73,7 +73,7 @@ fn in_one_line(message: &str) -> String {
     message.lines().map(|line| line.trim().trim_start_matches("Error: ")).collect::<Vec<_>>().join(" ")
 }
 
-/// What the header announces beyond the file: every row takes a byte at least, and the reader makes room for as many as are announced.
+/// Excess of the header over the file: every row takes a byte at least, and the reader makes room for as many as are announced.
 fn excess(bytes: &[u8]) -> Option<String> {
     let header = Parser::<Row>::new().read_ply_header(&mut { bytes }).ok()?;
     let (name, element) = header.elements.iter().find(|(_, element)| element.count > bytes.len())?;

@@ -91,7 +91,7 @@ fn read_catt(text: &str) -> (Vec<LibraryEntry>, Problems) {
 
 type Coefficients = (Octaves, Option<Octaves>);
 
-/// What stands behind the equals sign: numbers, or the name of another material.
+/// The right-hand side: numbers, or the name of another material.
 fn catt_value(
     value: &str,
     entries: &[LibraryEntry],

@@ -8,10 +8,10 @@ use crate::document::{Entry, Table};
 use crate::report::Report;
 use crate::suggest::suggest;
 
-/// Names listed where none is near the one asked for.
+/// Names listed where none is near the one asked for: two lines of a message.
 const MOST_NAMES: usize = 12;
 
-/// What a scene can take entries from: its own files, then the shipped library.
+/// Libraries of a scene: its own files, then the shipped one.
 #[derive(Default)]
 pub(crate) struct MaterialSources {
     /// Entries of the scene's material files.
@@ -20,7 +20,7 @@ pub(crate) struct MaterialSources {
     lacks_files: bool,
 }
 
-/// What a material takes from entries; its own keys override it.
+/// Values that a material takes from entries; its own keys override them.
 #[derive(Default)]
 pub(crate) struct Borrowed {
     pub(crate) absorption: Option<Vec<f64>>,

@@ -38,17 +38,17 @@ pub struct Octaves {
 /// A material of a table: absorption, scattering or both.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LibraryEntry {
-    /// What `library` calls it.
+    /// Name in `library`.
     pub name: String,
     /// The kind of material.
     pub group: String,
-    /// What it is.
+    /// Description.
     pub text: String,
     /// Random-incidence absorption coefficient α.
     pub absorption: Option<Octaves>,
     /// Scattering coefficient s.
     pub scattering: Option<Octaves>,
-    /// Where the numbers come from.
+    /// Source of the numbers.
     pub source: String,
 }
 
@@ -74,7 +74,7 @@ pub fn read_file(name: &str, bytes: &[u8]) -> Result<Vec<LibraryEntry>, SceneErr
     })
 }
 
-/// Which octave a frequency lies in, counted from that of 1 kHz.
+/// Octave of a frequency, counted from that of 1 kHz.
 fn octave(hz: f64) -> i32 {
     libm::round(libm::log2(hz / 1000.0)) as i32
 }

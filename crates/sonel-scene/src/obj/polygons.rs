@@ -21,12 +21,12 @@ pub(crate) struct Polygons {
     pub(crate) terms: FileTerms,
 }
 
-/// How a file counts and names, and what it says about lengths and axes.
+/// Terms of a file: counting, names, unit and axes.
 #[derive(Clone, Debug)]
 pub(crate) struct FileTerms {
     /// Whether places are lines; else they are faces, counted from 1.
     pub(crate) counts_lines: bool,
-    /// What names a material.
+    /// Word of the format for a material's name.
     pub(crate) word: &'static str,
     /// Length of the unit the file states [m], and its name.
     pub(crate) unit: Option<(f64, &'static str)>,
@@ -64,7 +64,7 @@ impl FileTerms {
 /// One polygon.
 #[derive(Debug)]
 pub(crate) struct Face {
-    /// Its part of [`Polygons::corners`].
+    /// Range in [`Polygons::corners`].
     pub(crate) corners: Range<usize>,
     /// Index into [`Polygons::names`].
     pub(crate) name: usize,

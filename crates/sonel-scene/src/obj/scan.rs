@@ -19,7 +19,7 @@ pub(crate) struct MaterialName {
     pub(crate) line: usize,
 }
 
-/// What the scan of a file found.
+/// Result of the scan of a file.
 #[derive(Default)]
 pub(crate) struct Scan {
     /// Vertices, then faces with absolute position indices under `usemtl i`, where i indexes `names`.

@@ -11,14 +11,14 @@ use std::collections::HashSet;
 use glam::{DVec2, DVec3};
 use thiserror::Error;
 
-/// A polygon whose corners leave its plane by more than this part of its diameter is worth a note: positions written
-/// with five figures and correct otherwise stay below.
+/// Distance of corners from their plane over the polygon's diameter [1] above which a note names it: positions written with five figures stay
+/// below.
 const BENT: f64 = 1e-4;
-/// By more than this part it is no plane wall however it is cut, and which diagonal to fold is the author's choice.
+/// The same ratio above which it is an error: the author has to choose the diagonal to fold. Chosen, not measured; doubled, 4 cm on a metre pass.
 const TOO_BENT: f64 = 0.02;
-/// A polygon whose area is at most this part of its diameter squared may be a line written in single precision.
+/// Area over squared diameter [1] up to which a polygon may be a line written in single precision: some ten times 6e-8.
 const LINE: f64 = 1e-6;
-/// The triangles of a simple polygon cover its area to rounding; overlaps of a self-crossing one are larger.
+/// Difference of areas over squared diameter [1] up to which triangles cover a polygon: overlaps of one that crosses itself are larger.
 const AREA_ROUNDING: f64 = 1e-9;
 
 /// A polygon in triangles, oriented as the polygon.

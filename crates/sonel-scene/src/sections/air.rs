@@ -33,7 +33,7 @@ impl AirChoice {
         self.speed_of_sound.unwrap_or_else(|| self.air.speed_of_sound())
     }
 
-    /// What the speed of sound gains per height [1/s].
+    /// Gradient of the speed of sound with height [1/s].
     pub(crate) fn gradient(&self) -> f64 {
         self.gradient.map_or(0.0, |gradient| gradient.value)
     }
@@ -56,7 +56,7 @@ impl AirChoice {
     }
 }
 
-/// Speeds of sound that are believed [m/s]: any gas or liquid, also scale models.
+/// Speeds of sound that are allowed [m/s]: any gas or liquid, also scale models.
 const SPEEDS: RangeInclusive<f64> = 1.0..=10_000.0;
 
 /// A speed of sound [m/s].

@@ -43,7 +43,7 @@ pub(crate) fn read(
     for (name, entry) in table.in_file_order() {
         if let Some(table) = entry.table(report) {
             table.allow_only(&KEYS, report);
-            materials.push(read_one((name, None), &table, bands, material_sources, report));
+            materials.push(read_one(name, None, &table, bands, material_sources, report));
         }
     }
     materials
@@ -76,7 +76,7 @@ pub(crate) fn read_variants(
         let one = |table: &Table<'_>| {
             table.allow_only(&VARIANT_KEYS, report);
             let before = report.problem_count();
-            let variant = read_one((&material.name, Some(material)), table, bands, material_sources, report);
+            let variant = read_one(&material.name, Some(material), table, bands, material_sources, report);
             if report.problem_count() == before {
                 check_inherited(table, &variant, bands, report);
             }
@@ -112,7 +112,8 @@ fn check_inherited(table: &Table<'_>, variant: &Material, bands: &BandChoice, re
 
 /// Reads a material of this name; what a variant does not state is as in the material that it is of.
 fn read_one(
-    (name, original): (&str, Option<&Material>),
+    name: &str,
+    original: Option<&Material>,
     table: &Table<'_>,
     bands: &BandChoice,
     material_sources: &MaterialSources,

@@ -23,7 +23,8 @@ pub(crate) struct Placed<T> {
 /// Reads the sources: at least one.
 pub(crate) fn read_sources(
     document: &Table<'_>,
-    (bands, up): (&BandChoice, DVec3),
+    bands: &BandChoice,
+    up: DVec3,
     open: OpenMesh<'_>,
     report: &mut Report<'_>,
 ) -> Vec<Placed<Source>> {
@@ -36,11 +37,7 @@ pub(crate) fn read_sources(
         section.problem(report, "no source; add a [[sources]] table with a position");
     }
     let names = read_names("source", &tables, report);
-    tables
-        .iter()
-        .zip(names)
-        .map(|(table, name)| read_source(table, name, (bands, up), open, report))
-        .collect()
+    tables.iter().zip(names).map(|(table, name)| read_source(table, name, bands, up, open, report)).collect()
 }
 
 /// Reads the receivers, possibly none; without an aim of their own they look at `first_source`.
@@ -73,7 +70,8 @@ pub(crate) fn read_receivers(
 fn read_source(
     table: &Table<'_>,
     name: String,
-    (bands, up): (&BandChoice, DVec3),
+    bands: &BandChoice,
+    up: DVec3,
     open: OpenMesh<'_>,
     report: &mut Report<'_>,
 ) -> Placed<Source> {
@@ -86,7 +84,7 @@ fn read_source(
         report.note(format!("{}: {DEFAULT_POWER_LEVEL_DB} dB (default)", table.path_of("power_level_db")));
     }
     let aim = read_direction(table, "aim", report);
-    let directivity = read_directivity(table, (bands, up), aim, open, report);
+    let directivity = read_directivity(table, bands, up, aim, open, report);
     place_at(table, report, |position, _| Source {
         name,
         position,
@@ -98,7 +96,8 @@ fn read_source(
 
 fn read_directivity(
     table: &Table<'_>,
-    (bands, up): (&BandChoice, DVec3),
+    bands: &BandChoice,
+    up: DVec3,
     aim: Option<DVec3>,
     open: OpenMesh<'_>,
     report: &mut Report<'_>,

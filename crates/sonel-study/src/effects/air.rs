@@ -20,10 +20,11 @@ use sonel_scene::Scene;
 use super::spec::Request;
 use super::{ASKED, Bound, Decision, Effect, Question};
 
-/// How many times more slowly than Eyring's a room may decay: seven times does a box of mirrors (10 × 8 × 3 m, α = 0.05) whose floor alone absorbs
+/// Slowest decay relative to Eyring's [1]: seven times as slow is a box of mirrors (10 × 8 × 3 m, α = 0.05) whose floor alone absorbs
 /// (α = 0.6, T30 4.2 s for Eyring's 0.60 s), 2.6 times with s = 0.1.
 const SLOWEST: f64 = 8.0;
-/// Ways in the open, in diameters of the scene: there and back, twice.
+/// Longest paths in the open [diameters of the scene]: there and back, twice. Chosen, not measured; doubled, air is simulated in scenes of half
+/// the size.
 const LONGEST_WAY: f64 = 4.0;
 
 /// Decides on air, and changes the scene's as was asked.
@@ -53,7 +54,7 @@ pub(super) fn decide(asked: Question, scene: &mut Scene, geometry: &Geometry) ->
     }
 }
 
-/// What air takes of the sound of a band, in e-folds of its decay.
+/// Attenuation of a band by air along the paths [Np]: the likely and the largest one.
 struct Loss {
     likely: f64,
     most: f64,

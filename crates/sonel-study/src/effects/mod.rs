@@ -22,7 +22,8 @@ pub use spec::{EffectSpec, EffectSpecError};
 
 use spec::Request;
 
-/// Just-noticeable differences below which an effect may be left out, unless the specification names other ones.
+/// Change below which an effect may be left out, unless the specification states another [JND]. Chosen: a tenth of what is heard, so that ten
+/// omissions are not.
 pub const THRESHOLD: f64 = 0.1;
 /// The change of a level that this is [dB].
 pub const LEVEL_DB: f64 = THRESHOLD * just_noticeable::LEVEL_DB;
@@ -59,18 +60,18 @@ impl Bound {
     }
 }
 
-/// What was decided about an effect.
+/// Decision about an effect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decision {
     /// The effect.
     pub effect: Effect,
     /// Whether it is simulated, per band.
     pub on: Vec<bool>,
-    /// What leaving it out changes at most; none where nobody asked or nothing can tell.
+    /// Largest change when it is left out; none where it was not requested or cannot be estimated.
     pub bound: Option<Bound>,
     /// Why, in words.
     pub reason: String,
-    /// What it costs, in words; empty where it is nothing.
+    /// Cost in words; empty where there is none.
     pub cost: String,
 }
 
@@ -101,7 +102,7 @@ impl Decision {
     }
 }
 
-/// What is asked of an effect.
+/// Properties of an effect.
 #[derive(Debug, Clone, Copy)]
 struct Question {
     request: Request,
@@ -163,7 +164,7 @@ fn decide_one(spec: &EffectSpec, mode: Mode, scene: &mut Scene, geometry: &Geome
     Effect::ALL.map(decide).into()
 }
 
-/// What a map that is traced in `mode` says of `decisions`: nothing of edges that are computed in rendering.
+/// Decisions that a map traced in `mode` states: those on edges that are computed in rendering are left out.
 #[must_use]
 pub fn states(decisions: &[Decision], mode: Mode) -> Vec<EffectState> {
     let is_traced = |decision: &&Decision| mode == Mode::Paper || decision.effect != Effect::Diffraction;

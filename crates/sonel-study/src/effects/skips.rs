@@ -6,7 +6,7 @@ use sonel_scene::Scene;
 /// Something that the stages do or leave out.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Skip {
-    /// What.
+    /// The step.
     pub what: &'static str,
     /// Whether it is left out.
     pub skipped: bool,
@@ -14,7 +14,7 @@ pub struct Skip {
     pub reason: String,
 }
 
-/// What `scene` lets the stages skip. Every line states a fact that the stages find in the coefficients themselves.
+/// Steps that the stages skip in `scene`. Every line states a fact that the stages find in the coefficients themselves.
 #[must_use]
 pub fn skips(scene: &Scene, spectral: Spectral) -> Vec<Skip> {
     vec![mirrors(scene), diffuse(scene), leads(scene, spectral)]

@@ -27,7 +27,7 @@ pub enum EffectSpecError {
     Unknown(String),
 }
 
-/// What was asked for an effect.
+/// Request for an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Request {
     /// To be decided.
@@ -40,7 +40,7 @@ pub(super) enum Request {
     Off,
 }
 
-/// What the user asked for.
+/// Requests of the user.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectSpec {
     requests: [Request; 5],
@@ -103,7 +103,7 @@ impl EffectSpec {
         }
     }
 
-    /// What was asked for `effect`.
+    /// Request for `effect`.
     pub(super) fn request(&self, effect: Effect) -> Request {
         self.requests[effect as usize]
     }

@@ -12,12 +12,12 @@ use crate::coefficients::{self, Coefficients, MaterialKey};
 use crate::error::At;
 use crate::{Error, Result};
 
-/// What a rendering has otherwise than the scene of its map.
+/// Change of a rendering against the scene of its map.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Change {
     /// A coefficient of a material.
     Coefficient(String, MaterialKey, Coefficients),
-    /// How a source radiates: the name of a pattern such as `cardioid`, or a CSV file.
+    /// Directivity of a source: the name of a pattern such as `cardioid`, or a CSV file.
     Directivity(String, String),
 }
 
@@ -35,7 +35,7 @@ impl fmt::Display for Change {
     }
 }
 
-/// What a key of a material replaces.
+/// Coefficients that a key of a material replaces.
 fn replaced(key: MaterialKey) -> &'static str {
     match key {
         MaterialKey::Diffuse => MaterialKey::Scattering.name(),
@@ -129,7 +129,7 @@ pub(super) fn changed(
     for (name, changes) in tables {
         let material = find(&mut materials, name, |material| &material.name, "material")?;
         let said: Vec<String> = changes.iter().map(|change| format!("`set` {change}")).collect();
-        *material = read_material((&said.join(" "), name), keys(material, &changes)?, &scene.bands)?;
+        *material = read_material(&said.join(" "), name, keys(material, &changes)?, &scene.bands)?;
     }
     check_kept(scene, &materials)?;
     let mut sources = scene.sources.clone();

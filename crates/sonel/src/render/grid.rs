@@ -35,7 +35,7 @@ pub struct Axis {
     pub low: f64,
     /// Last position [m].
     pub high: f64,
-    /// How many; 1 or more.
+    /// Number of parts; 1 or more.
     pub count: u32,
 }
 
@@ -130,8 +130,10 @@ fn parse_axis(text: &str) -> Option<Axis> {
 /// are left out, which is said.
 pub(super) fn gather(
     given: &[ReceiverPoint],
-    (grid, shard): (Option<&Grid>, Option<ShardRange>),
-    (scene, geometry): (&Scene, &Geometry),
+    grid: Option<&Grid>,
+    shard: Option<ShardRange>,
+    scene: &Scene,
+    geometry: &Geometry,
     watch: Watch<'_>,
 ) -> Result<(Vec<ReceiverPoint>, Option<GridCounts>)> {
     let mut receivers = given.to_vec();
@@ -204,6 +206,12 @@ fn free_points(
 }
 
 impl GridCounts {
+    /// Points that are left out.
+    #[must_use]
+    pub fn left_out(self) -> usize {
+        self.on_surfaces + self.in_closed_objects + self.outside + self.at_sources
+    }
+
     /// Counts as `--json` prints them.
     pub fn json(self) -> Value {
         json!({
@@ -226,7 +234,7 @@ impl Display for GridCounts {
             (self.outside, "outside the room"),
             (self.at_sources, "at a source"),
         ];
-        let left_out: usize = parts.iter().map(|(count, _)| count).sum();
+        let left_out = self.left_out();
         let parts: Vec<String> = parts
             .iter()
             .filter(|(count, _)| *count > 0)

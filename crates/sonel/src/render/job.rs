@@ -27,33 +27,33 @@ pub static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_renderer::
 /// that in a shoebox.
 const SECONDS_PER_SONEL: f64 = 0.25e-6;
 
-/// What is rendered, and where.
+/// Map and receivers of a rendering.
 pub(super) struct Job<'a> {
     /// The map.
     pub map: &'a SonelMap,
-    /// Its walls.
+    /// Walls.
     pub geometry: &'a Arc<Geometry>,
-    /// What names the map in messages.
+    /// Name of the map in messages.
     pub label: &'a str,
-    /// What the map was prepared with before.
+    /// Earlier preparation of the map.
     pub prepared: &'a Prepared,
     /// Number of batches; by default all.
     pub batches: Option<u32>,
     /// Own memory that it may take [bytes].
     pub memory: Option<f64>,
-    /// Where.
+    /// Receivers.
     pub receivers: &'a [ReceiverPoint],
-    /// Who follows.
+    /// Observer.
     pub watch: Watch<'a>,
 }
 
-/// What was rendered, and how.
+/// Result of a rendering.
 pub(super) struct Run<'a> {
     /// From which map.
     pub map: &'a SonelMap,
     /// By whom.
     pub renderer: Renderer<'a>,
-    /// How.
+    /// Settings.
     pub settings: RenderSettings,
     /// By source.
     pub renderings: Vec<Rendering>,

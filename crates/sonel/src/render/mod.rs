@@ -49,9 +49,9 @@ pub struct Rendered {
     pub is_reached: Option<bool>,
     /// Seconds by the observer's clock: on the wall and of the processor, at the begin of the rendering itself and at the end.
     seconds: [(f64, f64); 2],
-    /// What was predicted and achieved, where there was a plan.
+    /// Prediction and achievement, where there was a plan.
     pub comparison: Option<crate::plan::Comparison>,
-    /// What else the report states.
+    /// Further keys of the report.
     told: Value,
 }
 
@@ -62,7 +62,7 @@ pub struct ClassShare {
     pub class: String,
     /// Part of the energy of all receivers and bands, 0 … 1.
     pub share: f64,
-    /// What estimated it.
+    /// Estimator.
     pub estimator: &'static str,
 }
 
@@ -146,8 +146,8 @@ impl Map {
             let Changed { map, geometry, warnings } = self.changed(options)?;
             let scene = &map.header().scene;
             let settings = options.settings(scene)?;
-            let which = (options.grid.as_ref(), options.shard);
-            let (receivers, grid) = grid::gather(receivers, which, (scene, &geometry), watch)?;
+            let (shown, shard) = (options.grid.as_ref(), options.shard);
+            let (receivers, grid) = grid::gather(receivers, shown, shard, scene, &geometry, watch)?;
             let label = self.label();
             let opened = watch.seconds().1;
             Ok(PreparedRendering {
@@ -168,7 +168,7 @@ impl Map {
     /// The map with the materials and directivities that were asked for.
     fn changed(&self, options: &RenderOptions) -> Result<Changed<'_>> {
         let label = || self.label().to_owned();
-        let geometry = self.geometry()?;
+        let geometry = self.walls()?;
         if options.materials.is_none() && options.set.is_empty() {
             return Ok(Changed { map: Cow::Borrowed(self.sonels()), geometry, warnings: Vec::new() });
         }

@@ -36,7 +36,7 @@ pub struct RenderOptions {
     pub directions: bool,
     /// A TOML file of `[materials.NAME]`; those materials replace the scene's before `set`.
     pub materials: Option<PathBuf>,
-    /// What is otherwise than in the scene of the map.
+    /// Changes against the scene of the map.
     pub set: Vec<Change>,
     /// Further receivers. Points on surfaces, in solids or outside the room are left out.
     pub grid: Option<Grid>,
@@ -128,7 +128,7 @@ impl RenderOptions {
         })
     }
 
-    /// What the air of the options attenuates.
+    /// Attenuation of the air of the options.
     fn attenuation(&self, scene: &Scene) -> Result<Attenuation> {
         let (temperature, humidity) = match self.air {
             Air::OfScene | Air::State { temperature: None, humidity: None } => {

@@ -41,7 +41,7 @@ pub(super) fn plan(job: &Job<'_>, settings: &RenderSettings, at_most: Option<f64
     Ok(Plan::of_map(pilot, &header.scene, &evaluation_receivers, job.receivers.len(), map, settings.bin))
 }
 
-/// What `plan` said of `run` and what came of it; `opened` are the CPU seconds of opening the map.
+/// Comparison of `plan` with `run`; `opened` are the CPU seconds of opening the map.
 pub(super) fn compare(plan: &Plan, job: &Job<'_>, run: &Run<'_>, opened: f64) -> Comparison {
     let found = readings(&sonel_analysis::parameters(&run.response), &PLANNED);
     Comparison {

@@ -5,11 +5,13 @@ use sonel_renderer::ReceiverPoint;
 use super::{RenderOptions, Rendered};
 use crate::{Map, Observer, Result};
 
-/// The first rendering has this part of the batches: four of 32, whose spread gives an interval.
+/// Batches of the map over those of the first rendering: four of 32, the fewest whose spread gives an interval.
 const FIRST: u32 = 8;
 
-/// Renderings of the same receivers, each of twice the batches of the one before: the first after an eighth of the time, the last that of
-/// the whole map. Together they take not quite twice the time of the last.
+/// Renderings of the same receivers, each of twice the batches of the one before: the first of an eighth, the last of the whole map.
+///
+/// Where batches take all the time, all steps together take 1.9 times that of the last. What each step does anew comes on top: in a furnished
+/// office 2.4 times were measured.
 pub struct Refinement<'a> {
     map: &'a Map,
     receivers: Vec<ReceiverPoint>,

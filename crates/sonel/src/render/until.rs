@@ -14,12 +14,12 @@ use crate::plan::{extension, overrun, reached, verdict, verdict_json};
 use crate::render::job::{Job, Run};
 use crate::render::planning::effort;
 
-/// The second iteration has so many times the rays of the first: enough to tell what they bring.
+/// Rays of the second iteration over those of the first: their share of the variance halves, which shows it.
 const SECOND_LOOK: u32 = 2;
 
-/// What a rendering goes on for, and how far.
+/// Targets and limits of a rendering.
 pub(super) struct Goal<'a> {
-    /// How certain the parameters shall be.
+    /// Targets of the parameters.
     pub targets: &'a Targets,
     /// Rays at the most, where somebody says so.
     pub rays: Option<u32>,
@@ -31,9 +31,9 @@ pub(super) struct Goal<'a> {
 pub(super) struct Finished<'a> {
     /// The last one.
     pub run: Run<'a>,
-    /// What was found of the targets.
+    /// Findings on the targets.
     pub verdict: Verdict,
-    /// What is said of it on stdout.
+    /// Text for stdout.
     pub told: Value,
 }
 
@@ -88,14 +88,14 @@ pub(super) fn until<'a>(job: &Job<'a>, settings: &RenderSettings, goal: &Goal<'_
     }
 }
 
-/// What the iterations so far say of the next.
+/// Prediction for the next iteration from those so far.
 #[derive(Debug, Clone, Copy)]
 enum RayForecast {
     /// Nothing is wanting, as far as parameters can be read.
     Inside,
     /// One iteration does not tell whether rays would help.
     Unknown,
-    /// What it takes.
+    /// Rays and packets needed.
     Known(RenderNeed),
 }
 
@@ -129,7 +129,7 @@ impl RayForecast {
         }
     }
 
-    /// What to do where this was not enough.
+    /// Advice where this was not enough.
     fn advice(self, label: &str) -> Option<String> {
         match self {
             Self::Inside => None,

@@ -71,7 +71,7 @@ fn unless_any(problems: &[String], map: &Map) -> Result<()> {
     if problems.is_empty() { Ok(()) } else { Err(Error::Refused(problems)) }
 }
 
-/// What speaks against extending a map with `header`, a sentence each.
+/// Objections to extending a map with `header`, a sentence each.
 fn contradictions(options: &TraceOptions<'_>, header: &MapHeader, scene: &Scene) -> Vec<String> {
     let settings = &header.settings;
     let mut problems = other_origin(header, scene);

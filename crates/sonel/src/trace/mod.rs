@@ -39,7 +39,7 @@ pub static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_tracer::RE
 pub struct Traced {
     /// The map.
     pub map: Map,
-    /// Where the energy went, and the fates of the packets.
+    /// Energy balance and fates of the packets.
     pub ledger: Ledger,
     /// Why effects are on or off; none where another map has decided.
     pub decisions: Vec<Decision>,
@@ -47,7 +47,7 @@ pub struct Traced {
     pub is_reached: Option<bool>,
     /// Seconds by the observer's clock at the end: on the wall, and of the processor.
     pub seconds: (f64, f64),
-    /// What else the report states.
+    /// Further keys of the report.
     told: Value,
 }
 
@@ -129,7 +129,7 @@ impl PreparedTrace<'_> {
         })
     }
 
-    /// What was decided about effects, and why, in lines.
+    /// Decisions on effects with their reasons, in lines.
     #[must_use]
     pub fn effects(&self) -> String {
         report::effects_in_words(&self.header, &self.decisions)

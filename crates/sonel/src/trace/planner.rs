@@ -6,18 +6,17 @@ use sonel_renderer::{ReceiverPoint, RenderSettings};
 use sonel_study::evaluation_receivers::evaluation_receivers;
 use sonel_study::pilot::{self, Pilot, PilotConfig};
 use sonel_study::pipeline::Room;
+use sonel_study::plan;
 use sonel_study::spread::PLANNED;
 
 use crate::feasible::Demand;
 use crate::observer::Watch;
 use crate::{Error, Result};
 
-/// Fewer emissions than this are few in any scene.
+/// Emissions from which on the cost of a run is measured beforehand: the few that tell it are then at most 1/32 of the run.
 const SURELY_FEASIBLE: f64 = 32.0 * pilot::FEW as f64;
 /// A vertex of a path in the map [bytes] (docs/formats).
 const VERTEX_BYTES: f64 = 16.0;
-/// Emissions in memory at once: 64 chunks of 512.
-const CHUNKS_IN_MEMORY: f64 = 64.0 * 512.0;
 
 /// Estimates the accuracy of runs at evaluation receivers.
 pub(crate) struct Planner<'a> {
@@ -25,7 +24,7 @@ pub(crate) struct Planner<'a> {
     pub room: Room<'a>,
     /// Settings of the run.
     pub settings: Settings,
-    /// Where accuracy is read.
+    /// Evaluation receivers.
     pub evaluation_receivers: Vec<ReceiverPoint>,
 }
 
@@ -68,7 +67,7 @@ impl<'a> Planner<'a> {
         let segments = pilot::segments(&self.config(&PLANNED, None))?;
         let each = (watch.clock().process() - begin) / pilot::FEW as f64;
         let map_bytes = VERTEX_BYTES * segments * sources * emissions;
-        let memory_bytes = VERTEX_BYTES * segments * CHUNKS_IN_MEMORY.min(emissions);
+        let memory_bytes = VERTEX_BYTES * segments * plan::EMISSIONS_UNDER_WAY.min(emissions);
         let demand = Demand { cpu_seconds: each * emissions, map_bytes, memory_bytes };
         if let Some(excess) = demand.excess() {
             return Err(Error::Options(vec![format!(

@@ -8,7 +8,7 @@ use crate::ledger::{balances_json, fates_json};
 use crate::trace::Traced;
 
 impl Traced {
-    /// What the run was and what became of the packets, in a few lines.
+    /// Settings of the run and fates of the packets, in a few lines.
     #[must_use]
     pub fn summary(&self) -> String {
         let (header, fates) = (self.header(), &self.ledger.fates);
@@ -69,7 +69,7 @@ fn effects(header: &MapHeader) -> String {
     lines.join("\n")
 }
 
-/// What was decided about effects, and why, in lines.
+/// Decisions on effects with their reasons, in lines.
 pub(super) fn effects_in_words(header: &MapHeader, decisions: &[Decision]) -> String {
     if decisions.is_empty() {
         return effects(header);

@@ -20,18 +20,18 @@ use crate::trace::{Finished, trace};
 /// Segments of a run at the most, unless `packets` says how many: a map of about 4 GB.
 const MOST_SEGMENTS: f64 = 2.7e8;
 
-/// The part of the time left that a first iteration is planned for: prices are predictions.
+/// Share of the time left that an iteration is planned for [1]: prices are predictions. Chosen, not measured; at 1 half of the runs end late.
 const RESERVE: f64 = 0.85;
 
-/// What a run goes on for, and how far.
+/// Targets and limits of a run.
 pub(super) struct Goal<'a> {
-    /// How certain the parameters shall be.
+    /// Targets of the parameters.
     pub targets: &'a Targets,
     /// Emissions at the most, where somebody says so.
     pub packets: Option<u64>,
     /// Seconds by the clock, where somebody says so.
     pub seconds: Option<f64>,
-    /// Who follows.
+    /// Observer.
     pub watch: Watch<'a>,
 }
 
@@ -66,8 +66,8 @@ pub(super) fn until(
         });
         let Some(next) = next_number(&found, emissions, most, affordable) else {
             let effort = Effort::of_trace(emissions, batches);
-            let costs = (trace_seconds, &rendered);
-            let comparison = compared(&pilot, effort, &figures, costs, traced.map.byte_length());
+            let bytes = traced.map.byte_length();
+            let comparison = compared(&pilot, effort, &figures, trace_seconds, &rendered, bytes);
             let end = why_ended(&found, emissions, most);
             break (traced, found, comparison, end);
         };
@@ -89,10 +89,10 @@ pub(super) fn until(
     Ok(Finished { traced, told, is_reached: found.is_reached() })
 }
 
-/// Where a run begins.
+/// Begin of a run.
 struct Start {
     pilot: Pilot,
-    /// What is traced first.
+    /// Packets traced first.
     first: Effort,
     /// Emissions at the most.
     most: u64,
@@ -135,12 +135,12 @@ fn first_look(pilot: &Pilot, wanted: Effort, goal: &Goal<'_>, processors: f64) -
     emissions.min(affordable(processor_seconds - cpu(0), each))
 }
 
-/// How many packets of so many seconds `each` there are in `seconds`.
+/// Number of packets of `each` seconds in `seconds`.
 fn affordable(seconds: f64, each: f64) -> u64 {
     (seconds / each).max(1.0) as u64
 }
 
-/// How many packets the next iteration has, if there is one.
+/// Number of packets of the next iteration, if there is one.
 fn next_number(verdict: &Verdict, emissions: u64, most: u64, affordable: Option<u64>) -> Option<u64> {
     if verdict.is_inside() {
         return None;
@@ -149,7 +149,7 @@ fn next_number(verdict: &Verdict, emissions: u64, most: u64, affordable: Option<
     (next as f64 >= WORTH_WHILE * emissions as f64).then_some(next)
 }
 
-/// What ended a run that time or number did not allow to go on, in brackets.
+/// Limit that ended a run, in brackets.
 fn why_ended(verdict: &Verdict, emissions: u64, most: u64) -> &'static str {
     if next_number(verdict, emissions, most, None).is_some() {
         " (time limit of `at_most`)"
@@ -190,14 +190,15 @@ pub(super) fn compare_planned(
     let (_, found, rendered) = evaluate(planner, map, &Targets::just_noticeable(1.0), watch)?;
     let settings = map.header().settings;
     let effort = Effort::of_trace(settings.emissions, settings.batches);
-    Ok(compared(pilot, effort, &found, (seconds, &rendered), map.byte_length()))
+    Ok(compared(pilot, effort, &found, seconds, &rendered, map.byte_length()))
 }
 
 fn compared(
     pilot: &Pilot,
     effort: Effort,
     found: &[Reading],
-    (trace, rendered): (f64, &Rendered),
+    trace: f64,
+    rendered: &Rendered,
     bytes: u64,
 ) -> Comparison {
     Comparison {

@@ -21,20 +21,22 @@ use super::{Edges, ReceiverContext, RoomEdge, VisibleWave};
 
 /// Share of a receiver's energy in every band that is left out: 0.05 dB.
 const DROPPED: f64 = 0.0116;
-/// Share of the energies of contributions that their sum has at least, as far as this is concerned.
+/// Least energy of a sum of contributions over the sum of their energies [1] that is counted on: they may interfere. Chosen, not measured;
+/// doubled, more is left out.
 const FOUND: f64 = 0.5;
-/// Most contributions of a receiver.
+/// Most contributions of a receiver. Chosen, not measured: it bounds the time; doubled, receivers among many edges take twice as long.
 const BUDGET: usize = 1024;
 /// A contribution is computed where its bound is this share of a band's energy, 0.03 dB: so little an image source may step where an edge that is
 /// left out cuts it off. In eight rooms with four boxes each levels are 0.05 dB off, rms, and 0.3 at most (0.15 and 0.9 without edges); half of
 /// this changes neither, three times as much makes them 0.1 and 0.5. Over hidden direct sound it is the share of its loudest one.
 const LEAST: f64 = 0.007;
-/// So many of the last tell which share of their bounds contributions bring.
+/// Number of the last contributions that give the ratio of energies to bounds. Chosen, not measured; doubled, the ratio follows the order of
+/// contributions later.
 const SURE: usize = 256;
-/// Half the relative width of a band that two waves have to turn against one another in, to interfere no more [1].
+/// Half the relative width of an octave [1], (√2 − 1/√2)/2: waves that turn against one another in it interfere no more.
 const HALF_BAND: f64 = 0.35;
 
-/// What is passed.
+/// Edges that are passed.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Over {
     /// An edge, by its index.
@@ -61,12 +63,12 @@ pub(super) struct Ranked {
     bounds: Vec<[f64; 2]>,
     /// Sums over those still to come per band: of energies, and of squares of interference.
     rest: Vec<[f64; 2]>,
-    /// What has been found per band [1/m²].
+    /// Energy found per band [1/m²].
     found: Vec<f64>,
     /// Energies of the last that were computed per band: at most, and in truth [1/m²]. Each counts 1 − 1/[`SURE`] of the next.
     computed: Vec<[f64; 2]>,
     next: usize,
-    /// How many may be computed.
+    /// Number of contributions that may be computed.
     heavy: usize,
 }
 
@@ -238,7 +240,8 @@ impl Search<'_> {
         Some(Ends { images: [source, receiver], factor, straight, is_visible, place })
     }
 
-    /// The most that a contribution brings per band, by itself [1/m²], and by interference with an amplitude of 1 [1/m].
+    /// Upper bounds of what a contribution adds per band by itself [1/m²], and by interference with an amplitude of 1 [1/m]: a quarter of the
+    /// energy at Fresnel number 0, 1/(20 N) far from it, as behind a barrier [ISO9613-2].
     fn bounds<'a>(
         &'a self,
         ends: &'a Ends<'_>,
@@ -295,7 +298,7 @@ impl Ranked {
         }
     }
 
-    /// How many have been computed.
+    /// Number of contributions computed.
     #[must_use]
     pub(super) fn computed(&self) -> usize {
         self.next
@@ -319,7 +322,7 @@ impl Ranked {
     }
 }
 
-/// Where the image source is that is seen past the edges between two images.
+/// Position of the image source that is seen past the edges between two images.
 pub(super) fn place(source: &Image, receiver: &Image) -> Place {
     let planes = source.mirrors.iter().chain(&receiver.mirrors).map(|mirror| (mirror.plane, mirror.object));
     Place::new(receiver.unfold(source.position), planes, Vec::new())
@@ -332,7 +335,7 @@ fn lies_off(edge: &RoomEdge, ends: &Ends<'_>) -> bool {
         .all(|image| edge.faces.iter().any(|face| face.height(image.displaced) > 0.0) || edge.wedge.is_rim())
 }
 
-/// Where on an edge the way between two places is shortest [m].
+/// Point of an edge on the shortest path between two positions [m].
 pub(super) fn nearest(wedge: &Wedge, from: DVec3, to: DVec3) -> DVec3 {
     super::visibility::over_edge(wedge, from, to).1
 }

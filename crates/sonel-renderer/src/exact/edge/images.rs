@@ -20,10 +20,11 @@ use super::{Edges, RoomEdge};
 use crate::exact::mirror::tree::ImageTree;
 use crate::partition::is_partition;
 
-/// Most images of a source or a receiver, and most images times edges.
+/// Most images of a source or a receiver. Chosen, not measured; doubled, edges are seen in more mirrors at up to twice the time.
 const IMAGES: usize = 256;
+/// Most images times edges, which bounds time and memory; rooms of more than 32 edges have fewer images. Chosen, not measured.
 const IMAGES_TIMES_EDGES: usize = 1 << 13;
-/// How far off a mirror, in resolutions, an edge lies at least that it shows: corners may be one off their planes.
+/// Least distance from a mirror of an edge that it shows [resolutions]: corners may be one off their planes. The rest is a margin, chosen.
 pub(super) const OFF_THE_MIRROR: f64 = 8.0;
 
 /// An end of a path, or its image in mirrors.
@@ -43,7 +44,7 @@ pub(super) struct Image {
     sides: Vec<DVec3>,
 }
 
-/// What of an edge is visible from an image.
+/// Parts of an edge that are visible from an image.
 #[derive(Debug)]
 pub(super) struct View {
     /// The image about the edge.
@@ -59,10 +60,10 @@ pub(super) struct View {
 /// Objects and materials of partitions.
 type Seen = (Vec<u32>, Vec<u32>);
 
-/// What has been looked at, by image and edge.
+/// Views computed so far, by image and edge.
 type Views = HashMap<(usize, usize), Arc<Vec<View>>>;
 
-/// All images of one end.
+/// Images of one end.
 pub(crate) struct Images<'t> {
     tree: Option<&'t ImageTree>,
     /// The end first, then by order.
@@ -83,7 +84,7 @@ impl Image {
         self.mirrors.len() as u32
     }
 
-    /// Where what is at `point` behind the mirrors appears from the end of the path.
+    /// Image of `point`, behind the mirrors, as seen from the end of the path.
     pub(super) fn unfold(&self, point: DVec3) -> DVec3 {
         self.mirrors.iter().rev().fold(point, |point, mirror| mirror.image(point))
     }
@@ -117,7 +118,8 @@ impl<'t> Images<'t> {
         geometry: &Geometry,
         table: &CoefficientTable,
         [place, displaced]: [DVec3; 2],
-        (tree, order): (Option<&'t ImageTree>, u32),
+        tree: Option<&'t ImageTree>,
+        order: u32,
     ) -> Self {
         let mut all = vec![Image {
             mirrors: Vec::new(),
@@ -167,12 +169,13 @@ impl<'t> Images<'t> {
         self.order
     }
 
-    /// What of an edge is visible from an image: the same parts through the same partitions together.
+    /// Parts of an edge that are visible from an image, those through the same partitions together.
     #[must_use]
     pub(super) fn views(
         &self,
         edges: &Edges,
-        (geometry, table): (&Geometry, &CoefficientTable),
+        geometry: &Geometry,
+        table: &CoefficientTable,
         image: usize,
         edge: usize,
     ) -> Arc<Vec<View>> {
@@ -180,7 +183,7 @@ impl<'t> Images<'t> {
         if let Some(known) = views().get(&(image, edge)) {
             return known.clone();
         }
-        let seen = Arc::new(self.look(edges, (geometry, table), image, edge).unwrap_or_default());
+        let seen = Arc::new(self.look(edges, geometry, table, image, edge).unwrap_or_default());
         views().insert((image, edge), seen.clone());
         seen
     }
@@ -188,7 +191,8 @@ impl<'t> Images<'t> {
     fn look(
         &self,
         edges: &Edges,
-        (geometry, table): (&Geometry, &CoefficientTable),
+        geometry: &Geometry,
+        table: &CoefficientTable,
         image: usize,
         index: usize,
     ) -> Option<Vec<View>> {
@@ -196,7 +200,7 @@ impl<'t> Images<'t> {
         let within = of.within_beam(edge, OFF_THE_MIRROR * f64::from(geometry.resolution()))?;
         let part = edge.wedge.between(within);
         let point = edge.wedge.locate(of.displaced)?;
-        let seen = stretches(&part, |place| self.seen_past(edges, (geometry, table), image, (edge, place)));
+        let seen = stretches(&part, |place| self.seen_past(edges, geometry, table, image, edge, place));
         let view = |((objects, through), parts): (Seen, Vec<[f64; 2]>)| {
             let parts = parts.into_iter().map(|part| part.map(|along| along + within[0])).collect();
             View { point, parts, objects, through }
@@ -209,9 +213,11 @@ impl<'t> Images<'t> {
     fn seen_past(
         &self,
         edges: &Edges,
-        (geometry, table): (&Geometry, &CoefficientTable),
+        geometry: &Geometry,
+        table: &CoefficientTable,
         image: usize,
-        (edge, place): (&RoomEdge, DVec3),
+        edge: &RoomEdge,
+        place: DVec3,
     ) -> Option<Seen> {
         let (mut passed, mut objects) = (Vec::new(), Vec::new());
         let place = place + edge.off;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use sonel_geometry::{Geometry, PlaneId, Side, SurfaceId};
 
-/// Cosine up to which an angle is a right one.
+/// Cosine up to which an angle is a right one: above rounding of normals in double precision.
 const RIGHT: f64 = 1e-9;
 
 /// A surface seen from one of its sides.

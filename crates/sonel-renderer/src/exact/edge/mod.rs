@@ -40,13 +40,13 @@ use waves::Waves;
 use field::Place;
 pub(crate) use images::Images;
 
-/// Places that differ by no more than so many resolutions are the same.
+/// Distance up to which positions are the same [resolutions]: corners may be off by one each. The rest is a margin, chosen.
 const SAME_PLACE: f64 = 8.0;
 
-/// How far off an edge [resolutions] the places are at which it is looked at: corners of the mesh may be one off its line.
+/// Distance of the test points from an edge [resolutions]: corners of the mesh may be one off its line.
 const HAIR: f64 = 2.0;
 
-/// All edges that diffract, and what they have to be asked with.
+/// Edges that diffract, and the tables for their contributions.
 pub(crate) struct Edges {
     all: Vec<RoomEdge>,
     objects: Objects,
@@ -60,7 +60,7 @@ pub(crate) struct Edges {
 struct RoomEdge {
     /// About the scene's centre.
     wedge: Wedge,
-    /// Its faces, seen from the air.
+    /// Faces, seen from the air.
     faces: [Mirror; 2],
     /// From the edge a hair into the middle of its air [m].
     off: DVec3,
@@ -70,7 +70,7 @@ struct RoomEdge {
 
 /// Direct sound, or an image source that is visible from the receiver.
 pub(crate) struct VisibleWave {
-    /// Where it comes from.
+    /// Apparent position of its source.
     pub place: Place,
     /// Length of its way [m].
     pub length: f64,
@@ -96,11 +96,11 @@ pub(crate) struct EdgeArrival {
     pub energy: Vec<f64>,
 }
 
-/// What edges do at a receiver.
+/// Effect of edges at a receiver.
 pub(crate) struct EdgeSound {
-    /// What arrives over edges besides the visible waves.
+    /// Arrivals over edges besides the visible waves.
     pub arrivals: Vec<EdgeArrival>,
-    /// How much was computed.
+    /// Completeness.
     pub work: EdgeWork,
 }
 
@@ -162,7 +162,7 @@ impl Edges {
         };
         let order = tree.map_or(0, |tree| tree.order_within(images::most_images(self.all.len())));
         let places = [source, geometry.in_general_position(source, End::Source)];
-        Images::new(self, geometry, table, places, (tree, order))
+        Images::new(self, geometry, table, places, tree, order)
     }
 
     /// What edges bring to one receiver; sets the energies of the `visible` waves that they change. What little they would change beside `others`,
@@ -178,10 +178,10 @@ impl Edges {
         let tree =
             ImageTree::new(at.geometry, at.table, at.receiver, End::Receiver, budget, Some(from.order()));
         let places = [at.receiver, at.geometry.in_general_position(at.receiver, End::Receiver)];
-        let to = Images::new(self, at.geometry, at.table, places, (Some(&tree), tree.order()));
+        let to = Images::new(self, at.geometry, at.table, places, Some(&tree), tree.order());
         let same_place = SAME_PLACE * f64::from(at.geometry.resolution());
         let field =
-            Field::new((&self.spectrum, &self.objects, &self.centres), at.attenuation, visible, same_place);
+            Field::new(&self.spectrum, &self.objects, &self.centres, at.attenuation, visible, same_place);
         let search = Search { edges: self, at, from, to: &to, field: &field };
         let mut ranked = search.rank(visible, others);
         let mut waves = Waves { edges: self, at, from, to: &to, field, through: Vec::new() };

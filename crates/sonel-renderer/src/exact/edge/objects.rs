@@ -10,12 +10,12 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use sonel_geometry::{Crossed, EdgeShape, Geometry, SurfaceId};
+use sonel_geometry::{Connected, Crossed, EdgeShape, Geometry, SurfaceId};
 use sonel_map::CoefficientTable;
 
 use super::mirror::Mirror;
 
-/// What surfaces without an edge that diffracts belong to: no sound goes around them.
+/// Object of surfaces without a diffracting edge: no sound goes around them.
 pub(super) const SHELL: u32 = u32::MAX;
 
 /// The object of every surface.
@@ -24,7 +24,7 @@ pub(super) struct Objects {
     of_surface: Vec<u32>,
     /// Mean width of each [m]: half its surface over the diagonal of the box about it.
     widths: Vec<f64>,
-    /// Where their middles are [m].
+    /// Middles [m].
     middles: Vec<DVec3>,
 }
 
@@ -32,19 +32,20 @@ impl Objects {
     /// Objects of `geometry`: surfaces that continue one another, or meet where sound diffracts, are of one object.
     #[must_use]
     pub(super) fn new(geometry: &Geometry) -> Self {
-        let mut parent: Vec<u32> = (0..geometry.surfaces().len() as u32).collect();
+        let count = geometry.surfaces().len();
+        let mut connected = Connected::new(count);
         let joins = geometry.edges().iter().filter(|e| !e.sectors.is_empty() || e.shape == EdgeShape::Seam);
         for pair in joins.flat_map(|edge| edge.surfaces.windows(2)) {
-            let [one, other] = [pair[0], pair[1]].map(|surface| root(&parent, surface.0));
-            parent[one.max(other) as usize] = one.min(other);
+            connected.join(pair[0].0, pair[1].0);
         }
-        let mut diffracts = vec![false; parent.len()];
+        let mut diffracts = vec![false; count];
         for surface in geometry.diffracting_edges().flat_map(|edge| &edge.surfaces) {
-            diffracts[root(&parent, surface.0) as usize] = true;
+            diffracts[connected.root(surface.0) as usize] = true;
         }
-        let object = |surface| Some(root(&parent, surface)).filter(|&object| diffracts[object as usize]);
-        let of_surface: Vec<u32> =
-            (0..parent.len() as u32).map(|surface| object(surface).unwrap_or(SHELL)).collect();
+        let object = |surface| {
+            Some(connected.root(surface)).filter(|&object| diffracts[object as usize]).unwrap_or(SHELL)
+        };
+        let of_surface: Vec<u32> = (0..count as u32).map(object).collect();
         let mut areas = vec![0.0; of_surface.len()];
         let mut bounds = vec![[DVec3::INFINITY, DVec3::NEG_INFINITY]; of_surface.len()];
         for (surface, &object) in (0..).zip(&of_surface).filter(|(_, object)| **object != SHELL) {
@@ -58,7 +59,7 @@ impl Objects {
         Self { widths: areas.iter().zip(&bounds).map(width).collect(), of_surface, middles }
     }
 
-    /// How much of the scattering of an object its edges describe at wave number `k` [1/m]: all from a third of a wave across on. Below it scattering falls as
+    /// Share of the scattering of an object that its edges describe at wave number `k` [1/m]: all from a third of a wave across on. Below it scattering falls as
     /// the square of the frequency [Rayleigh1896], which two orders of edges do not.
     #[must_use]
     pub(super) fn described(&self, object: u32, k: f64) -> f64 {
@@ -88,7 +89,8 @@ impl Objects {
     #[must_use]
     pub(super) fn blocking(
         &self,
-        (geometry, table): (&Geometry, &CoefficientTable),
+        geometry: &Geometry,
+        table: &CoefficientTable,
         [from, to]: [DVec3; 2],
         mirrors: &[&Mirror],
         through: &[u32],
@@ -114,12 +116,12 @@ impl Objects {
                 blocking.push(mirror.object);
             }
             let before = faces.iter().take_while(|face| face.share < share && face.plane != mirror.plane);
-            blocking.extend(self.opaque((geometry, table), before.map(|face| face.surface), through));
+            blocking.extend(self.opaque(geometry, table, before.map(|face| face.surface), through));
             at += (image - at) * share;
             left = Some(mirror.plane);
         }
         let faces = geometry.faces_between([at, to], left);
-        blocking.extend(self.opaque((geometry, table), faces.iter().map(|face| face.surface), through));
+        blocking.extend(self.opaque(geometry, table, faces.iter().map(|face| face.surface), through));
         blocking.sort_unstable();
         blocking.dedup();
         blocking
@@ -128,7 +130,8 @@ impl Objects {
     /// The objects of those `surfaces` that are no partition of a material in `through`.
     fn opaque(
         &self,
-        (geometry, table): (&Geometry, &CoefficientTable),
+        geometry: &Geometry,
+        table: &CoefficientTable,
         surfaces: impl Iterator<Item = SurfaceId>,
         through: &[u32],
     ) -> Vec<u32> {
@@ -138,11 +141,4 @@ impl Objects {
         };
         surfaces.filter(|surface| !is_passed(surface)).map(|surface| self.of(surface)).collect()
     }
-}
-
-fn root(parent: &[u32], mut surface: u32) -> u32 {
-    while parent[surface as usize] != surface {
-        surface = parent[surface as usize];
-    }
-    surface
 }

@@ -34,7 +34,7 @@ pub(crate) struct MirrorArrival<'a> {
     pub towards: DVec3,
     /// Number of reflections; none of direct sound.
     pub order: u32,
-    /// Its mirrors; none where the images of an empty box are a lattice.
+    /// Mirrors; none where the images of an empty box are a lattice.
     pub mirrors: Vec<SurfaceId>,
     /// ∏ (1−α)(1−s), and τ of the partitions passed, times the source's directivity factor, per band; without spreading and air.
     pub factor: &'a [Lanes],
@@ -45,7 +45,7 @@ pub(crate) struct MirrorArrival<'a> {
 /// One image of the origin of a set of image sources.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Image {
-    /// Where it is, about the scene's centre [m].
+    /// Position relative to the scene's centre [m].
     pub position: DVec3,
     /// Number of reflections, at least one.
     pub order: u32,
@@ -64,12 +64,12 @@ pub(crate) enum ImageSources {
     Tree(ImageTree),
 }
 
-/// Where and how a source radiates.
+/// Position and directivity of a source.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Radiator<'a> {
     /// Position about the scene's centre [m].
     pub position: DVec3,
-    /// Its directivity.
+    /// Directivity.
     pub directivity: &'a Directivity,
     /// Unit direction of its axis.
     pub aim: DVec3,
@@ -88,7 +88,7 @@ impl<'a> Radiator<'a> {
         self.directivity.towards(self.aim, offset.normalize())
     }
 
-    /// Its largest directivity factor in `band`.
+    /// Largest directivity factor in `band`.
     #[must_use]
     pub(crate) fn largest(&self, band: usize) -> f64 {
         match self.directivity {

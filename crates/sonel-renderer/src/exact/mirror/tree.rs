@@ -22,10 +22,10 @@ const ORDER_LIMIT: u32 = 24;
 /// Thicknesses of the thickest partition by which ways may be shifted out of their beams: a row of three rooms, and back.
 const SHIFTS: f64 = 4.0;
 
-/// How far outside its beam a chain is still tried [rad]: beams are cut a resolution inside the surfaces that they light.
+/// Angle outside its beam up to which a chain is tried [rad]: beams are cut a resolution inside the surfaces that they light.
 const BEAM_SLACK: f64 = 1e-4;
 
-/// How far behind its plane a mirror's triangles are looked for, in resolutions: corners may be one off the plane of their surface.
+/// Depth behind its plane to which a mirror's triangles are sought [resolutions]: corners may be one off the plane of their surface.
 const DEPTH: f64 = 2.0;
 
 /// Height over a mirror, in resolutions, up to which a facet only touches it. What is cut off there grows with the beams behind it, which are
@@ -46,7 +46,7 @@ pub(crate) struct ImageTree {
     /// That position in general position, of which the nodes are images.
     origin: DVec3,
     lanes: usize,
-    /// How far partitions may shift a way out of its beam [m].
+    /// Largest shift of a path out of its beam by partitions [m].
     slack: f64,
 }
 
@@ -178,7 +178,7 @@ impl ImageTree {
             let validated = if table.transmits() {
                 self.validate_through(geometry, node, from, &passes)
             } else {
-                let leaving = self.validate(geometry, node, (from, None), |_| false);
+                let leaving = self.validate(geometry, node, from, None, |_| false);
                 leaving.map(|leaving| (leaving, Sight::default()))
             };
             let Some((leaving, sight)) = validated else { continue };
@@ -238,7 +238,7 @@ impl ImageTree {
         (0..=self.order).take_while(|&order| self.count(order) <= most).last().unwrap_or(0)
     }
 
-    /// Where image number `image` of the radiator is about the scene's centre [m], and where it is in general position.
+    /// Position of image number `image` of the radiator relative to the scene's centre [m], as it is and in general position.
     #[must_use]
     pub(crate) fn positions(&self, image: usize) -> [DVec3; 2] {
         let Node { of_radiator, image, .. } = self.nodes[image];
@@ -286,7 +286,7 @@ impl ImageTree {
         point: DVec3,
         left: Option<PlaneId>,
     ) -> Option<DVec3> {
-        self.validate(geometry, &self.nodes[image], (point, left), |_| false)
+        self.validate(geometry, &self.nodes[image], point, left, |_| false)
     }
 
     /// Whether nothing but what is `ignored` is on the way from the origin over the chain of image number `image` to `place` [m], in general
@@ -298,7 +298,7 @@ impl ImageTree {
         place: DVec3,
         ignored: impl FnMut(&Crossed) -> bool,
     ) -> bool {
-        self.validate(geometry, &self.nodes[image], (place, None), ignored).is_some()
+        self.validate(geometry, &self.nodes[image], place, None, ignored).is_some()
     }
 
     /// The longest chain along which the mirror path from the origin in `direction` runs, and all its beginnings: image
@@ -332,7 +332,8 @@ impl ImageTree {
         &self,
         geometry: &Geometry,
         leaf: &Node,
-        (from, mut left): (DVec3, Option<PlaneId>),
+        from: DVec3,
+        mut left: Option<PlaneId>,
         mut ignored: impl FnMut(&Crossed) -> bool,
     ) -> Option<DVec3> {
         if !self.is_in_beam(leaf, from, 0.0) {
@@ -340,7 +341,7 @@ impl ImageTree {
         }
         let mut point = from;
         for node in self.chain(leaf) {
-            point = met(geometry, node, (point, left), &mut ignored)?;
+            point = met(geometry, node, point, left, &mut ignored)?;
             left = Some(geometry.surface(node.mirror.surface).plane);
         }
         let is_blocked = geometry.visit_between([point, self.origin], left, |face| !ignored(&face));
@@ -365,7 +366,7 @@ impl ImageTree {
         for _ in 0..MOST_ROUNDS {
             let seen = as_seen(geometry, &chain, &assumed);
             let mut legs: SmallVec<[Sight; 8]> = smallvec![Sight::default(); chain.len() + 1];
-            let leaving = self.follow_back(geometry, &chain, (from, &seen), passes, &mut legs);
+            let leaving = self.follow_back(geometry, &chain, from, &seen, passes, &mut legs);
             let is_same = |(leg, assumed): (&Sight, &DVec3)| geometry.is_same_shift(leg.shift, *assumed);
             if legs.iter().zip(&assumed).all(is_same) {
                 let surfaces = legs.iter().flat_map(|leg| leg.surfaces.iter().copied()).collect();
@@ -383,7 +384,8 @@ impl ImageTree {
         &self,
         geometry: &Geometry,
         chain: &[&Node],
-        (from, shifts): (DVec3, &[DVec3]),
+        from: DVec3,
+        shifts: &[DVec3],
         passes: &dyn Fn(SurfaceId) -> bool,
         legs: &mut [Sight],
     ) -> Option<DVec3> {
@@ -430,7 +432,8 @@ fn thickest(geometry: &Geometry, table: &CoefficientTable) -> f64 {
 fn met(
     geometry: &Geometry,
     node: &Node,
-    (point, left): (DVec3, Option<PlaneId>),
+    point: DVec3,
+    left: Option<PlaneId>,
     mut ignored: impl FnMut(&Crossed) -> bool,
 ) -> Option<DVec3> {
     let Node { mirror, image, .. } = *node;
@@ -490,7 +493,7 @@ fn reflected(geometry: &Geometry, mirror: Mirror, point: DVec3) -> DVec3 {
     point - 2.0 * height(geometry, mirror, point) * normal
 }
 
-/// Where the line from `point`, on the mirror's side, to `image`, behind it, crosses its plane.
+/// Point where the line from `point`, on the mirror's side, to `image`, behind it, crosses its plane.
 fn crossing(geometry: &Geometry, mirror: Mirror, point: DVec3, image: DVec3) -> Option<DVec3> {
     let (above, below) = (height(geometry, mirror, point), height(geometry, mirror, image));
     (above > 0.0 && below < 0.0).then(|| point + (image - point) * (above / (above - below)))

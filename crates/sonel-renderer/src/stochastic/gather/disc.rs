@@ -33,13 +33,13 @@ pub(crate) struct Disc {
     pub place: u32,
     /// Centre in the plane of the surface [m].
     pub centre: DVec2,
-    /// Its radius [m].
+    /// Radius [m].
     pub radius: f64,
-    /// What it sees of its surface.
+    /// Visible part of the surface.
     pub view: View,
 }
 
-/// What a disc sees of its surface.
+/// Visible part of a disc's surface.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct View {
     /// Area that lies on the surface and is seen from the centre [m²].
@@ -113,7 +113,7 @@ impl Sheet {
         left.min(right) > BORDER_RESOLUTIONS * resolution
     }
 
-    /// What the disc of `radius` about `centre`, a point of the surface, sees of one side of it.
+    /// Part of one side of the surface that is visible in the disc of `radius` [m] about `centre`, a point of it.
     #[must_use]
     pub(crate) fn view(&self, side: Side, centre: DVec2, radius: f64) -> View {
         let inner_radius = radius * FRAC_1_SQRT_2;
@@ -177,13 +177,13 @@ impl Sheet {
     }
 }
 
-/// Smallest share of a disc that is believed: that of a corner of a third of a degree.
+/// Smallest share of a disc [1] that is divided by: that of a corner of a third of a degree.
 const SMALLEST_SHARE: f64 = 1e-3;
 /// Angle between edges that go straight on [rad]: above rounding of a millimetre's edge, and over 10 m off by 10 µm.
 const STRAIGHT: f64 = 1e-6;
-/// Feet of walls on a border lie beside it by a lift, or by a few where walls lean.
+/// Largest distance of a wall's foot from the border that it stands on [resolutions]: 16 lifts of 4, where a wall leans by 86°.
 const BORDER_RESOLUTIONS: f64 = 64.0;
-/// Feet that hide a smaller share of a disc are forgotten: it is rounding.
+/// Share of a disc [1] below which feet of walls hide nothing of it: rounding.
 const NOTHING_HIDDEN: f64 = 1e-9;
 
 /// Joins the edges of a boundary that go straight on: a conforming mesh divides a border wherever another face touches it, and

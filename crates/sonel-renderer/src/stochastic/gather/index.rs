@@ -11,7 +11,7 @@ use super::disc::Disc;
 /// it must not depend on where the grid begins, which other discs decide.
 const BEYOND_RIM: f64 = 1e-6;
 
-/// Cells of a grid, for each disc on it, at the most: on large surfaces with few discs cells are wider than a disc.
+/// Most cells of a grid for each disc on it: on large surfaces with few discs cells are wider than a disc. Memory and speed alone depend on it.
 const MOST_CELLS: f64 = 16.0;
 
 /// Discs, each with what it is for.

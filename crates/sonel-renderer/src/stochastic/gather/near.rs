@@ -49,12 +49,13 @@ impl<'a> NearSource<'a> {
     pub(crate) fn connect(
         &self,
         place: &NearPlace,
-        (receiver, prepared): (usize, &PreparedReceiver),
+        receiver: usize,
+        prepared: &PreparedReceiver,
         medium: &Medium<'_>,
         scratch: &mut [Lanes],
         deposits: &mut ClassDeposits<'_>,
     ) {
-        self.connect_directly(place, (receiver, prepared), medium, scratch, deposits);
+        self.connect_directly(place, receiver, prepared, medium, scratch, deposits);
         let Some(images) = &self.images else { return };
         let mut radiosity = place.throughput.clone();
         radiosity.scale(spread(1.0));
@@ -71,7 +72,8 @@ impl<'a> NearSource<'a> {
     fn connect_directly(
         &self,
         place: &NearPlace,
-        (receiver, prepared): (usize, &PreparedReceiver),
+        receiver: usize,
+        prepared: &PreparedReceiver,
         medium: &Medium<'_>,
         scratch: &mut [Lanes],
         deposits: &mut ClassDeposits<'_>,

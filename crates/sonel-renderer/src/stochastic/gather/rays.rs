@@ -13,7 +13,7 @@ use crate::stochastic::connection::normal_on;
 use crate::stochastic::gather::sonel_sample::SonelSample;
 use crate::stochastic::medium::Medium;
 
-/// How rays gather.
+/// Settings of rays that gather.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GatherSettings {
     /// Rays of one receiver in one batch.
@@ -24,10 +24,12 @@ pub(crate) struct GatherSettings {
     pub by_mirrors: bool,
 }
 
-/// Splitting: a ray whose weight in any band exceeds so many times its initial weight goes on in parts of less weight.
+/// Splitting: a ray whose weight in any band exceeds this many times its initial weight goes on in parts of 2 … 4 times. Chosen, not measured;
+/// doubled, fewer rays of more weight follow a focus.
 const HEAVY: f64 = 4.0;
-/// A ray that carries less than this part of what it left with, in every band, goes on by roulette. Where hard walls face each other, few rays
-/// bring most of the late energy after twenty reflections: roulette at each of them would leave so few that their number alone decides the noise of T30.
+/// Russian roulette below this share of the initial weight in every band [1]. Where hard walls face each other, few rays bring most of the late
+/// energy after twenty reflections: roulette at each of them would leave so few that their number alone decides the noise of T30. Chosen, not
+/// measured; doubled, it begins 3 dB earlier.
 pub(crate) const LIGHT: f64 = 0.02;
 
 /// Energies or factors per band, in place for up to eight bands: discs and rays are made by the million.
@@ -38,17 +40,17 @@ pub(crate) type Weight = SmallVec<[Lanes; 2]>;
 pub(crate) struct GatherPoint {
     /// Number of the receiver.
     pub receiver: u32,
-    /// Where it gathers.
+    /// The disc.
     pub disc: Disc,
     /// Length of the ray [m].
     pub length: f64,
-    /// Where its last leg began, about the scene's centre [m].
+    /// Start of the ray's last leg, relative to the scene's centre [m].
     pub start: DVec3,
     /// (4π/M) · T · δ / (π A) per band, times the share that is gathered [1/m²].
     pub weight: Weight,
     /// Whether the receiver sees the last diffuse reflection without a mirror.
     pub seen_directly: bool,
-    /// Which sonels it gathers.
+    /// Sonels that it gathers.
     pub sonels: Sonels,
     /// Where the ray left the receiver to.
     pub towards: Vec3,
@@ -60,7 +62,7 @@ impl AsRef<Disc> for GatherPoint {
     }
 }
 
-/// Which sonels a disc gathers.
+/// Sonels that a disc gathers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Sonels {
     /// Each of them.
@@ -74,11 +76,11 @@ pub(crate) enum Sonels {
 pub(crate) struct NearPlace {
     /// The surface that it is on.
     pub surface: SurfaceId,
-    /// Where it is [m].
+    /// Position [m].
     pub position: Vec3,
     /// Normal of its surface on the side that is seen.
     pub normal: Vec3,
-    /// How a ray leaves it.
+    /// Start of a ray from it.
     pub departure: Departure,
     /// Length of the way to the receiver [m].
     pub length: f64,
@@ -92,7 +94,7 @@ pub(crate) struct NearPlace {
     pub towards: DVec3,
 }
 
-/// What a visibility ray finds.
+/// Finding of a visibility ray.
 #[derive(Debug)]
 pub(crate) enum Found {
     /// A disc that gathers.
@@ -101,7 +103,7 @@ pub(crate) enum Found {
     Near(NearPlace),
 }
 
-/// Who looks, and for whom.
+/// Receiver and targets of rays.
 #[derive(Clone, Copy)]
 pub(crate) struct Observer<'a> {
     /// Number of the receiver.
@@ -158,7 +160,7 @@ pub(crate) fn cast(
             disc(shares.gathered, Sonels::All);
             disc(shares.followed, Sonels::NotFollowed);
             if shares.followed > 0.0 {
-                let on = ray.followed(medium, &hit, normal, (&row.diffuse.energy, shares.followed));
+                let on = ray.followed(medium, &hit, normal, &row.diffuse.energy, shares.followed);
                 found(Found::Near(on.near_place(hit.surface, normal, choices.point(near_places)[0])));
                 let point = if ray.is_scattered { stream.uniform_pair() } else { onward.point(near_places) };
                 let on = on.scattered(normal, point).met_at_its_angle(medium.table, hit.surface);
@@ -172,7 +174,7 @@ pub(crate) fn cast(
     }
 }
 
-/// What becomes of the diffuse reflection that a ray meets; the rest is left to connections.
+/// Treatment of the diffuse reflection that a ray meets; the rest is left to connections.
 #[derive(Debug, Clone, Copy)]
 struct Shares {
     /// Share that a disc gathers there.
@@ -186,15 +188,15 @@ struct Shares {
 struct Ray {
     departure: Departure,
     direction: Vec3,
-    /// Where it left the receiver to.
+    /// Direction in which it left the receiver.
     towards: Vec3,
-    /// Where it goes on from, about the scene's centre [m].
+    /// Start of its next leg, relative to the scene's centre [m].
     at: DVec3,
     /// Per band.
     throughput: Weight,
-    /// What it carried of the strongest band when it left; partitions on its way take their part of this, too.
+    /// Weight in the strongest band at its start, less the losses in partitions on the way.
     usual: f64,
-    /// Its way so far [m].
+    /// Path length so far [m].
     length: f64,
     /// Mirrors met before the first diffuse reflection.
     reflections: u32,
@@ -298,13 +300,7 @@ impl Ray {
     }
 
     /// The ray at `hit`, with the part of what is reflected there that it goes on for.
-    fn followed(
-        &self,
-        medium: &Medium<'_>,
-        hit: &Hit,
-        normal: Vec3,
-        (diffuse, share): (&[Lanes], f64),
-    ) -> Self {
+    fn followed(&self, medium: &Medium<'_>, hit: &Hit, normal: Vec3, diffuse: &[Lanes], share: f64) -> Self {
         Self {
             throughput: product(&self.throughput, diffuse, share),
             direction: normal,

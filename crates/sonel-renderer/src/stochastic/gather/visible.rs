@@ -18,7 +18,7 @@ pub(super) fn distance_to(a: DVec2, b: DVec2) -> f64 {
     (a + share * along).length()
 }
 
-/// Directions closer together than this are one [rad].
+/// Angle below which directions are one [rad]: 0.01 nm over 10 m, above the rounding of atan2.
 const LEAST_ANGLE: f64 = 1e-12;
 
 /// Area within `radius` [m] of the origin, a point of the surface with the oriented `boundary`, that is seen past `feet` [m²].
@@ -38,7 +38,7 @@ pub(super) fn visible_area(boundary: &[Segment], feet: &[Segment], radius: f64) 
         .sum()
 }
 
-/// Where the order of what a ray meets can change, ascending [rad].
+/// Angles at which the order of segments along a ray can change, ascending [rad].
 fn directions(boundary: &[Segment], feet: &[Segment], radius: f64) -> Vec<f64> {
     let mut points = vec![DVec2::X];
     for &(a, b) in boundary.iter().chain(feet) {
@@ -98,7 +98,7 @@ fn wedge_area(boundary: &[Segment], feet: &[Segment], radius: f64, from: f64, to
     if last.1 { sum + area(end.1) } else { sum }
 }
 
-/// How far from the origin a ray meets a segment [m].
+/// Distance from the origin at which a ray meets a segment [m].
 fn distance_along((a, b): Segment, direction: DVec2) -> Option<f64> {
     let along = b - a;
     let steepness = direction.perp_dot(along);

@@ -1,15 +1,16 @@
-//! The sections of the report.
+//! Tables and charts of responses, and what the map tells of its trace.
 
 use serde_json::{Value, json};
+use sonel::ledger::{balances_json, fates_json};
 use sonel_acoustics::just_noticeable as noticeable;
 use sonel_analysis::average::{average, single_number};
+use sonel_analysis::modal::ModalBands;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters, report};
-use sonel_drawing::plot::{self, Axis, Panel};
+use sonel_drawing::plot;
 
 use super::charts::{self, layout, rounded};
-use super::page::{Page, escaped};
+use super::document::{Document, escaped};
 use super::{MOST_PAIRS, Subject, Traced, words};
-use crate::parameters::modal_bands;
 
 /// Single numbers, in the order of the tables.
 const SINGLE: [Parameter; 6] = [
@@ -23,7 +24,7 @@ const SINGLE: [Parameter; 6] = [
 
 /// The single numbers of these responses: lateral ones where any has directions.
 fn single(subjects: &[Subject]) -> Vec<Parameter> {
-    let lateral = subjects.iter().any(|subject| subject.response.directions.is_some());
+    let lateral = subjects.iter().any(|subject| subject.echograms().directions.is_some());
     SINGLE.into_iter().chain(Parameter::LATERAL.into_iter().filter(|_| lateral)).collect()
 }
 
@@ -57,7 +58,7 @@ fn cell(estimate: &ParameterValue, factor: f64) -> String {
 }
 
 /// Single numbers of every pair and their means.
-pub fn summary(page: &mut Page, subjects: &[Subject]) {
+pub fn summary(page: &mut Document, subjects: &[Subject]) {
     page.section("Summary");
     let single = single(subjects);
     let names = single.iter().map(|parameter| {
@@ -117,12 +118,11 @@ fn just_noticeable(single: &[Parameter]) -> Vec<String> {
 }
 
 /// Warnings in plain words.
-pub fn remarks(page: &mut Page, subjects: &[Subject], map: Option<&Traced>) {
+pub fn remarks(page: &mut Document, subjects: &[Subject], map: Option<Traced<'_>>) {
     page.section("Remarks");
     let mut remarks = words::remarks(subjects.iter().flat_map(|subject| &subject.parameters));
     if let Some(map) = map {
-        let digest = &map.json["digest"];
-        for subject in subjects.iter().filter(|subject| subject.response.metadata["map_digest"] != *digest) {
+        for subject in subjects.iter().filter(|subject| !map.holds(subject.echograms())) {
             remarks.push(format!(
                 "{} was not rendered from this map: room, effects and ledger below belong to another run.",
                 subject.name
@@ -133,40 +133,18 @@ pub fn remarks(page: &mut Page, subjects: &[Subject], map: Option<&Traced>) {
         remarks.push("All receivers share one simulation, so their errors are correlated; each interval holds for one value.".to_owned());
     }
     for subject in subjects {
-        let bands = modal_bands(&subject.response, &subject.parameters);
+        let volume = subject.echograms().metadata["volume_m3"].as_f64();
+        let bands = volume.and_then(|volume| ModalBands::of(&subject.parameters, volume));
         remarks.extend(bands.map(|bands| format!("{}: {bands}.", subject.name)));
     }
-    if subjects.iter().any(|subject| subject.response.metadata["volume_m3"].is_null()) {
+    if subjects.iter().any(|subject| subject.echograms().metadata["volume_m3"].is_null()) {
         remarks.push("The simulation computes energies. It is not valid below the Schroeder frequency of a room, where single modes dominate.".to_owned());
     }
     page.list(&remarks);
 }
 
-/// Echogram and decay of a pair that the reader chooses.
-pub fn curves(page: &mut Page, subjects: &[Subject]) {
-    page.section("Echogram and decay");
-    let sets: Vec<(String, Vec<Value>)> = drawn(subjects)
-        .into_iter()
-        .map(|(name, subject, index)| {
-            let (s, r) = (index / subject.response.receivers(), index % subject.response.receivers());
-            let response = &subject.response;
-            let early = plot::early(response, (s, r), None).unwrap_or_else(|| Panel {
-                title: "Early reflections: none are listed".to_owned(),
-                x: Axis::linear("delay to the direct sound [ms]"),
-                y: Axis::linear("strength of the arrival [dB]"),
-                series: Vec::new(),
-            });
-            let panels = [plot::echogram(response, s, r), plot::decay(response, s, r), early];
-            (name, panels.iter().map(charts::of).collect())
-        })
-        .collect();
-    page.choice(&sets);
-    page.note("Bands about the lines are 95 % intervals. A click in the legend hides a frequency band, a double click shows it alone. \
-         Early reflections are mirror reflections and sound over edges, all bands together; scattered sound is in the echogram.");
-}
-
 /// Every parameter over the bands.
-pub fn over_bands(page: &mut Page, subjects: &[Subject]) {
+pub fn over_bands(page: &mut Document, subjects: &[Subject]) {
     page.section("Over frequency");
     let drawn = drawn(subjects);
     let named: Vec<(String, &ReceiverParameters)> =
@@ -218,7 +196,7 @@ fn noticeable_bar(x: Value, (middle, difference): (f64, f64)) -> Value {
 }
 
 /// Single numbers over the receivers.
-pub fn over_receivers(page: &mut Page, subjects: &[Subject]) {
+pub fn over_receivers(page: &mut Document, subjects: &[Subject]) {
     page.section("Over receivers");
     let names: Vec<String> = subjects.iter().flat_map(|subject| series_names(subjects, subject)).collect();
     if names.len() > 1 {
@@ -235,7 +213,7 @@ pub fn over_receivers(page: &mut Page, subjects: &[Subject]) {
 /// The sources of a response, with its name where there are several responses.
 fn series_names(subjects: &[Subject], subject: &Subject) -> Vec<String> {
     let name = if subjects.len() > 1 { format!("{}: ", subject.name) } else { String::new() };
-    subject.response.source_names.iter().map(|source| format!("{name}{source}")).collect()
+    subject.echograms().source_names.iter().map(|source| format!("{name}{source}")).collect()
 }
 
 fn receivers_chart(subjects: &[Subject], parameter: Parameter) -> Value {
@@ -243,7 +221,7 @@ fn receivers_chart(subjects: &[Subject], parameter: Parameter) -> Value {
     let (mut data, mut values) = (Vec::new(), Vec::new());
     for subject in subjects {
         for (source, name) in series_names(subjects, subject).iter().enumerate() {
-            let receivers = subject.response.receivers();
+            let receivers = subject.echograms().receivers();
             let parameters = &subject.parameters[source * receivers..(source + 1) * receivers];
             let (mut names, mut y, mut up, mut down) = (vec![], vec![], vec![], vec![]);
             for receiver in parameters {
@@ -271,32 +249,34 @@ fn receivers_chart(subjects: &[Subject], parameter: Parameter) -> Value {
 }
 
 /// Effects of the map, on and off.
-pub fn effects(page: &mut Page, map: &Traced) {
+pub fn effects(page: &mut Document, map: Traced<'_>) {
     page.section("Effects");
-    let effects = map.json["effects"].as_array().into_iter().flatten();
-    let rows: Vec<Vec<String>> = effects
+    let rows: Vec<Vec<String>> = map
+        .map
+        .header()
+        .effects
+        .iter()
         .map(|effect| {
-            let bands: Vec<bool> =
-                effect["on"].as_array().into_iter().flatten().filter_map(Value::as_bool).collect();
-            let state = match bands.iter().filter(|on| **on).count() {
+            let state = match effect.on.iter().filter(|on| **on).count() {
                 0 => "off".to_owned(),
-                count if count == bands.len() => "on".to_owned(),
-                count => format!("on in {count} of {} bands", bands.len()),
+                count if count == effect.on.len() => "on".to_owned(),
+                count => format!("on in {count} of {} bands", effect.on.len()),
             };
-            let text = |key: &str| effect[key].as_str().unwrap_or_default().to_owned();
-            vec![text("name"), state, text("reason")]
+            vec![effect.effect.name().to_owned(), state, effect.reason.clone()]
         })
         .collect();
     page.table("long", &["effect", "state", "reason and bound"].map(str::to_owned), &rows);
 }
 
 /// Where the energy went.
-pub fn ledger(page: &mut Page, map: &Traced) {
+pub fn ledger(page: &mut Document, map: Traced<'_>) {
     page.section("Energy ledger");
     let keys = ["absorbed", "transmitted", "escaped", "truncated", "sampling"];
     let head: Vec<String> =
         ["f [Hz]"].into_iter().chain(keys).chain(["residual"]).map(str::to_owned).collect();
-    let bands = map.json["ledger"].as_array().into_iter().flatten();
+    let (scene, ledger) = (&map.map.header().scene, map.map.ledger());
+    let bands = balances_json(&ledger, scene.bands.nominal(), scene.sources.len());
+    let bands = bands.as_array().into_iter().flatten();
     let rows: Vec<Vec<String>> = bands
         .map(|band| {
             let percent = |key: &str| format!("{:.3} %", 100.0 * band[key].as_f64().unwrap_or(f64::NAN));
@@ -310,16 +290,17 @@ pub fn ledger(page: &mut Page, map: &Traced) {
         .collect();
     page.table("", &head, &rows);
     page.note("Shares of the emitted energy. Truncated is the energy of packets at the end of the simulated time; sampling is random with mean zero.");
-    let fates = map.json["fates"].as_object().into_iter().flatten();
+    let fates = fates_json(&ledger.fates);
+    let fates = fates.as_object().into_iter().flatten();
     let fates: Vec<String> = fates.map(|(name, count)| format!("{name} {count}")).collect();
     page.text(&format!("Packets by fate: {}.", fates.join(", ")));
 }
 
 /// Where the numbers come from.
-pub fn provenance(page: &mut Page, subjects: &[Subject]) {
+pub fn provenance(page: &mut Document, subjects: &[Subject]) {
     page.section("Provenance");
     for subject in subjects {
-        let keys = subject.response.metadata.as_object().into_iter().flatten();
+        let keys = subject.echograms().metadata.as_object().into_iter().flatten();
         let plain = keys.filter(|(key, _)| key.as_str() != "sources");
         let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
         let mut rows = vec![vec!["response".to_owned(), subject.name.clone()]];

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use sonel_drawing::plot::{Axis, Mark, Panel, Scale, Series};
 
-use super::page::escaped;
+use super::document::escaped;
 
 /// Colours of series, those of plotly.js.
 const COLORS: [&str; 10] = [

@@ -4,60 +4,32 @@
 //! and is drawn where it ends at the source after as many reflections. Sound over an edge without reflection bends once: at the point of its
 //! direction from which the rest of its length leads to the source. Other arrivals over edges, and what passed partitions, are not drawn.
 
-use std::collections::BTreeMap;
-
 use glam::DVec3;
 use serde_json::{Value, json};
 use sonel_drawing::plot::{self, Arrival};
 use sonel_echogram::Response;
 use sonel_geometry::{Departure, Geometry};
 
-use super::charts::{color, rounded};
-use super::page::escaped;
-use super::{Subject, Traced, sections};
+use super::charts::rounded;
 
 /// A way that misses the source by more than this part of its length is another one.
 const MISS: f64 = 1e-3;
-/// Borders of the classes of delay [ms].
-const DELAYS_MS: [f64; 5] = [5.0, 20.0, 50.0, 80.0, f64::INFINITY];
-
-/// Classes of lines shown from the start: all of them hide the room.
-const SHOWN: usize = 3;
-
 /// An arrival and the corners of its way, the receiver first.
 struct Way {
     arrival: Arrival,
     corners: Vec<DVec3>,
 }
 
-/// Lines of every pair that was rendered from `map`, by number of reflections and by delay, and none.
-pub fn sets(subjects: &[Subject], map: &Traced) -> Vec<(String, Vec<Value>)> {
-    let mut sets = Vec::new();
-    for (name, subject, index) in sections::drawn(subjects) {
-        if subject.response.metadata["map_digest"] != map.json["digest"] {
-            continue;
-        }
-        let receivers = subject.response.receivers();
-        let ways = ways(&subject.response, &map.walked.geometry, (index / receivers, index % receivers));
-        let by_order = |way: &Way| {
-            let Arrival { order, over_edge, .. } = way.arrival;
-            ((order, over_edge), plot::class_name(order, over_edge))
-        };
-        sets.push((format!("{name}, by number of reflections"), traces(&ways, by_order)));
-        sets.push((format!("{name}, by delay"), traces(&ways, by_delay)));
-    }
-    sets.push(("no reflections".to_owned(), Vec::new()));
-    sets
-}
-
-fn by_delay(way: &Way) -> (usize, String) {
-    let class = DELAYS_MS.iter().position(|border| way.arrival.delay_ms < *border).unwrap_or(DELAYS_MS.len());
-    let from = class.checked_sub(1).map_or(0.0, |before| DELAYS_MS[before]);
-    let name = match DELAYS_MS.get(class) {
-        Some(to) if to.is_finite() => format!("{from} to {to} ms"),
-        _ => format!("after {from} ms"),
-    };
-    (class, name)
+/// Ways of the early reflections of source and receiver, the receiver first.
+pub fn json(response: &Response, walls: &Geometry, pair: (usize, usize)) -> Vec<Value> {
+    let ways = ways(response, walls, pair).into_iter();
+    ways.map(|Way { arrival: Arrival { order, over_edge, delay_ms, strength_db, .. }, corners }| {
+        json!({
+            "order": order, "class": plot::class_name(order, over_edge), "delay": rounded(delay_ms),
+            "strength": rounded(strength_db), "corners": corners.iter().map(|at| at.to_array().map(rounded)).collect::<Vec<_>>(),
+        })
+    })
+    .collect()
 }
 
 fn ways(response: &Response, geometry: &Geometry, pair: (usize, usize)) -> Vec<Way> {
@@ -114,36 +86,6 @@ fn mirrored(
     (last.distance(source) <= MISS * length).then(|| {
         corners.push(source);
         corners
-    })
-}
-
-/// Lines of one class are one trace, divided by gaps.
-fn traces<K: Ord>(ways: &[Way], class_of: impl Fn(&Way) -> (K, String)) -> Vec<Value> {
-    let mut classes: BTreeMap<K, (String, Vec<&Way>)> = BTreeMap::new();
-    for way in ways {
-        let (class, name) = class_of(way);
-        classes.entry(class).or_insert_with(|| (name, Vec::new())).1.push(way);
-    }
-    classes.into_values().enumerate().map(|(index, (name, ways))| trace(index, &name, &ways)).collect()
-}
-
-fn trace(index: usize, name: &str, ways: &[&Way]) -> Value {
-    let (mut axes, mut texts) = ([vec![], vec![], vec![]], vec![]);
-    for way in ways {
-        let Arrival { order, over_edge, delay_ms, strength_db, .. } = way.arrival;
-        let text = format!("{}: {delay_ms:.1} ms, {strength_db:.1} dB", plot::class_name(order, over_edge));
-        for corner in &way.corners {
-            axes.iter_mut().zip(corner.to_array()).for_each(|(axis, value)| axis.push(rounded(value)));
-            texts.push(json!(text));
-        }
-        axes.iter_mut().for_each(|axis| axis.push(Value::Null));
-        texts.push(Value::Null);
-    }
-    let [x, y, z] = axes;
-    json!({
-        "type": "scatter3d", "mode": "lines", "name": escaped(name), "x": x, "y": y, "z": z, "text": texts,
-        "hovertemplate": "%{text}<extra></extra>", "line": { "color": color(index), "width": 4 },
-        "visible": if index < SHOWN { json!(true) } else { json!("legendonly") },
     })
 }
 

@@ -1,0 +1,277 @@
+// The room: walls by material, sources, receivers, the listener, early reflections, maps.
+"use strict";
+const COLORS = ["#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22", "#17becf"];
+const colorOf = (index) => COLORS[index % COLORS.length];
+const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
+// Dark violet to yellow, even in lightness.
+const RAMP = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
+function rampColor(part) {
+  const place = Math.min(Math.max(part, 0), 1) * (RAMP.length - 1);
+  const low = Math.min(Math.floor(place), RAMP.length - 2);
+  return RAMP[low].map((from, i) => Math.round(from + (place - low) * (RAMP[low + 1][i] - from)));
+}
+
+class RoomView {
+  constructor(room, onMove) {
+    this.room = room;
+    this.onMove = onMove;
+    this.canvas = byId("room");
+    this.up = new THREE.Vector3(...room.up);
+    this.scene = new THREE.Scene();
+    this.cut = new THREE.Plane(this.up.clone().negate(), Infinity);
+    this.walls = new THREE.Group();
+    this.ways = new THREE.Group();
+    this.map = new THREE.Group();
+    this.points = new THREE.Group();
+    this.scene.add(this.walls, this.ways, this.map, this.points, new THREE.AmbientLight(0xffffff, 2));
+    this.camera = new THREE.PerspectiveCamera(45, 1, 0.01, 1e5);
+    this.camera.up.copy(this.up);
+    try {
+      this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+    } catch {
+      byId("tip").textContent = "This browser draws nothing in three dimensions (WebGL is off); all numbers are below.";
+    }
+    if (this.renderer) this.renderer.localClippingEnabled = true;
+    this.controls = new THREE.OrbitControls(this.camera, this.canvas);
+    this.controls.addEventListener("change", () => this.draw());
+    this.build();
+    this.size = this.box.getSize(new THREE.Vector3()).length() || 1;
+    this.spots();
+    this.whole();
+    this.dragging();
+    // Until the reader turns it, the room fits whatever becomes of the window.
+    this.controls.addEventListener("start", () => { this.isTurned = true; });
+    new ResizeObserver(() => this.isTurned ? this.draw() : this.whole()).observe(this.canvas);
+  }
+
+  // Coordinates of the scene are kept as differences to its origin: screens have 32-bit floats.
+  local(at) { return new THREE.Vector3(at[0] - this.room.origin[0], at[1] - this.room.origin[1], at[2] - this.room.origin[2]); }
+  world(v) { return [v.x + this.room.origin[0], v.y + this.room.origin[1], v.z + this.room.origin[2]]; }
+
+  build() {
+    const vertices = new Float32Array(bytesOf(this.room.vertices));
+    const position = new THREE.Float32BufferAttribute(vertices, 3);
+    this.bodies = this.room.materials.map((material, index) => {
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute("position", position);
+      geometry.setIndex([...new Uint32Array(bytesOf(material.corners))]);
+      const solid = geometry.toNonIndexed();
+      solid.computeVertexNormals();
+      const look = { color: colorOf(index), clippingPlanes: [this.cut] };
+      const faces = new THREE.Mesh(solid, new THREE.MeshLambertMaterial({ ...look, transparent: true, opacity: 0.22, side: THREE.DoubleSide, depthWrite: false }));
+      const edges = new THREE.LineSegments(new THREE.EdgesGeometry(solid, 20), new THREE.LineBasicMaterial({ ...look, transparent: true, opacity: 0.9 }));
+      faces.userData.index = index;
+      const body = new THREE.Group();
+      body.add(faces, edges);
+      this.walls.add(body);
+      return { body, faces };
+    });
+    const legend = byId("legend");
+    this.room.materials.forEach((material, index) => {
+      const key = make("button");
+      const swatch = make("span", "", "swatch");
+      swatch.style.background = colorOf(index);
+      key.append(swatch, material.name);
+      key.title = "shows or hides these surfaces";
+      key.setAttribute("aria-pressed", "true");
+      key.onclick = () => {
+        const body = this.bodies[index].body;
+        body.visible = !body.visible;
+        key.classList.toggle("off", !body.visible);
+        key.setAttribute("aria-pressed", String(body.visible));
+        this.draw();
+      };
+      legend.append(key);
+    });
+    this.box = new THREE.Box3();
+    this.box.setFromObject(this.walls);
+    for (const point of [...this.room.sources, ...this.room.receivers]) this.box.expandByPoint(this.local(point.at));
+    const corners = [this.box.min, this.box.max].map((corner) => corner.dot(this.up));
+    [this.low, this.high] = [Math.min(...corners), Math.max(...corners)];
+  }
+
+  spots() {
+    this.points.clear();
+    const radius = 0.012 * this.size;
+    const spot = (shape, color, at, name) => {
+      const mesh = new THREE.Mesh(shape, new THREE.MeshBasicMaterial({ color }));
+      mesh.position.copy(this.local(at));
+      mesh.userData.name = name;
+      this.points.add(mesh);
+      return mesh;
+    };
+    this.sources = this.room.sources.map((source) => {
+      if (source.directivity && source.directivity !== "omni" && source.aim) {
+        const cone = spot(new THREE.ConeGeometry(0.8 * radius, 3 * radius), "#d62728", source.at, `source ${source.name} (${source.directivity})`);
+        cone.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), new THREE.Vector3(...source.aim).normalize());
+      }
+      return spot(new THREE.OctahedronGeometry(1.3 * radius), "#d62728", source.at, `source ${source.name}`);
+    });
+    for (const receiver of this.room.receivers) spot(new THREE.SphereGeometry(0.7 * radius, 16, 12), "#7f7f7f", receiver.at, `receiver ${receiver.name}`);
+    this.listener = spot(new THREE.SphereGeometry(1.2 * radius, 24, 16), "#e6a100", this.room.receivers[0]?.at ?? this.room.origin, "listener");
+  }
+
+  moveListener(at) {
+    this.listener.position.copy(this.local(at));
+    this.draw();
+  }
+
+  // The whole room, from above a corner.
+  whole() { this.look(true); }
+  above() { this.look(false); }
+  look(isSlanted) {
+    const across = Math.abs(this.up.z) > 0.5 ? new THREE.Vector3(1, 0, 0) : new THREE.Vector3(0, 0, 1);
+    const side = new THREE.Vector3().crossVectors(this.up, across);
+    const center = this.box.getCenter(new THREE.Vector3());
+    const from = isSlanted ? across.clone().multiplyScalar(-0.65).addScaledVector(side, -0.75).addScaledVector(this.up, 0.7) : this.up.clone().addScaledVector(side, -1e-3);
+    this.resize();
+    const narrow = Math.min(1, this.camera.aspect);
+    const distance = 0.47 * this.size / Math.sin(0.5 * this.camera.fov * Math.PI / 180) / narrow;
+    this.camera.position.copy(center).addScaledVector(from.normalize(), distance);
+    this.camera.near = distance / 1000;
+    this.camera.far = distance * 10;
+    this.controls.target.copy(center);
+    this.controls.update();
+    this.draw();
+  }
+
+  flyTo(at) {
+    const target = this.local(at);
+    const away = this.camera.position.clone().sub(this.controls.target).normalize().multiplyScalar(0.25 * this.size);
+    this.controls.target.copy(target);
+    this.camera.position.copy(target).add(away);
+    this.controls.update();
+    this.mark(at);
+  }
+
+  mark(at) {
+    this.points.remove(this.marked);
+    this.marked = new THREE.Mesh(new THREE.SphereGeometry(0.02 * this.size, 16, 12), new THREE.MeshBasicMaterial({ color: "#e377c2" }));
+    this.marked.position.copy(this.local(at));
+    this.points.add(this.marked);
+    this.draw();
+  }
+
+  setWire(on) {
+    for (const { faces } of this.bodies) faces.visible = !on;
+    this.draw();
+  }
+
+  setCut(part) {
+    this.cut.constant = part >= 1 ? Infinity : this.low + part * (this.high - this.low) + 1e-6;
+    this.draw();
+  }
+
+  // Lines of early reflections up to an order.
+  showWays(ways, most) {
+    this.ways.clear();
+    for (const way of ways.filter((way) => way.order <= most)) {
+      const geometry = new THREE.BufferGeometry().setFromPoints(way.corners.map((corner) => this.local(corner)));
+      const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: colorOf(way.order) }));
+      line.userData.way = way;
+      this.ways.add(line);
+    }
+    this.draw();
+  }
+
+  // The line of a delay stands out; none without.
+  pick(delay) {
+    for (const line of this.ways.children) {
+      const near = delay !== null && Math.abs(line.userData.way.delay - delay) < 1e-3;
+      line.material.color.set(near ? "#e6a100" : colorOf(line.userData.way.order));
+      line.renderOrder = near ? 1 : 0;
+    }
+    this.draw();
+  }
+
+  // Squares of a plane coloured by their values.
+  paint(places, spacing, values, [low, high]) {
+    this.unpaint();
+    const shape = new THREE.PlaneGeometry(spacing, spacing);
+    const turn = new THREE.Mesh();
+    turn.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), this.up);
+    places.forEach((at, index) => {
+      const entry = values[index];
+      if (!Array.isArray(entry)) return;
+      const [r, g, b] = rampColor((entry[0] - low) / (high - low || 1));
+      const square = new THREE.Mesh(shape, new THREE.MeshBasicMaterial({ color: `rgb(${r},${g},${b})`, side: THREE.DoubleSide, transparent: true, opacity: 0.85 }));
+      square.position.copy(this.local(at));
+      square.quaternion.copy(turn.quaternion);
+      square.userData.entry = entry;
+      this.map.add(square);
+    });
+    this.draw();
+  }
+  unpaint() { this.map.clear(); this.draw(); }
+
+  resize() {
+    const { clientWidth, clientHeight } = this.canvas;
+    if (!clientWidth || !this.renderer) return;
+    this.renderer.setPixelRatio(window.devicePixelRatio);
+    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.camera.aspect = clientWidth / clientHeight;
+    this.camera.updateProjectionMatrix();
+  }
+
+  draw() {
+    if (!this.renderer || this.pending) return;
+    this.pending = true;
+    requestAnimationFrame(() => {
+      this.pending = false;
+      this.resize();
+      this.renderer.render(this.scene, this.camera);
+    });
+  }
+
+  // The listener follows the mouse in its plane; with the shift key up and down. Elsewhere the mouse turns the room.
+  dragging() {
+    const ray = new THREE.Raycaster();
+    const aim = (event) => {
+      const frame = this.canvas.getBoundingClientRect();
+      const mouse = new THREE.Vector2(2 * (event.clientX - frame.left) / frame.width - 1, 1 - 2 * (event.clientY - frame.top) / frame.height);
+      ray.setFromCamera(mouse, this.camera);
+    };
+    let plane = null;
+    this.canvas.addEventListener("pointerdown", (event) => {
+      aim(event);
+      if (!this.onMove || !ray.intersectObject(this.listener).length) return;
+      const normal = event.shiftKey ? this.camera.getWorldDirection(new THREE.Vector3()).projectOnPlane(this.up).normalize() : this.up;
+      plane = new THREE.Plane().setFromNormalAndCoplanarPoint(normal, this.listener.position);
+      plane.lifts = event.shiftKey;
+      this.controls.enabled = false;
+      this.canvas.setPointerCapture(event.pointerId);
+      event.stopImmediatePropagation();
+    }, { capture: true });
+    this.canvas.addEventListener("pointermove", (event) => {
+      aim(event);
+      if (!plane) return this.hover(ray);
+      const hit = ray.ray.intersectPlane(plane, new THREE.Vector3());
+      if (!hit) return;
+      const moved = hit.clone().sub(this.listener.position);
+      const step = plane.lifts ? moved.projectOnVector(this.up) : moved;
+      this.onMove(this.world(this.listener.position.clone().add(step)));
+    });
+    const end = () => { plane = null; this.controls.enabled = true; };
+    this.canvas.addEventListener("pointerup", end);
+    this.canvas.addEventListener("pointercancel", end);
+  }
+
+  hover(ray) {
+    ray.params.Line.threshold = 0.006 * this.size;
+    const tip = byId("tip");
+    const [line] = ray.intersectObjects(this.ways.children);
+    const [square] = ray.intersectObjects(this.map.children);
+    const [spot] = ray.intersectObjects(this.points.children);
+    const [wall] = ray.intersectObjects(this.bodies.filter(({ body, faces }) => body.visible && faces.visible).map(({ faces }) => faces));
+    if (this.onHover) this.onHover(line ? line.object.userData.way : null);
+    if (spot?.object.userData.name) tip.textContent = `${spot.object.userData.name} at ${this.world(spot.object.position).map((v) => v.toFixed(2)).join(", ")} m`;
+    else if (line) {
+      const { class: name, delay, strength } = line.object.userData.way;
+      tip.textContent = `${name}: ${delay.toFixed(1)} ms after the direct sound, ${strength.toFixed(1)} dB`;
+    } else if (square) tip.textContent = cell(square.object.userData.entry).textContent;
+    else if (wall) {
+      const material = this.room.materials[wall.object.userData.index];
+      tip.textContent = `${material.name}: ${material.area.toFixed(1)} m², α ${material.absorption.map((a) => a.toFixed(2)).join(" ")}`;
+    } else tip.textContent = "";
+  }
+}

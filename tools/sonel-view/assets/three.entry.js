@@ -1,0 +1,2 @@
+export { AmbientLight, BufferGeometry, Color, DirectionalLight, DoubleSide, EdgesGeometry, Float32BufferAttribute, Group, Line, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Plane, PlaneGeometry, Raycaster, Scene, SphereGeometry, OctahedronGeometry, Vector2, Vector3, Box3, WebGLRenderer, Sprite, SpriteMaterial, CanvasTexture, OrthographicCamera, ConeGeometry } from 'three';
+export { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';

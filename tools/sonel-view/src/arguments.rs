@@ -1,0 +1,48 @@
+//! The command line of `sonel-view`.
+
+use std::path::PathBuf;
+
+use clap::Parser;
+use sonel_console::count::parse_count;
+use sonel_console::parse_threads;
+
+/// Shows a room in the browser: move the listener and the sources, change materials, see and hear the result.
+///
+/// A scene is traced while the page is open; a map is rendered where the listener stands. Responses stand beside one another. The page is
+/// served to this machine alone, under an address that is printed; nothing is fetched from elsewhere. Ctrl-C ends it.
+#[derive(Debug, Clone, Parser)]
+#[command(
+    version = sonel::RENDERER_VERSION.as_str(),
+    after_help = "Examples:\n  sonel-view scenes/classroom/scene.toml\n  sonel-view hall.sonelmap\n  \
+                  sonel-view before.npz after.npz before.sonelmap -o renovation.html"
+)]
+pub struct Arguments {
+    /// A scene or the map of one, and responses.
+    #[arg(value_name = "SCENE.toml|MAP.sonelmap|RESPONSE.npz", required = true)]
+    pub files: Vec<PathBuf>,
+    /// Page to write instead of serving it; an existing one is replaced when the new one is complete. A scene is traced, a map without
+    /// response rendered at the receivers of its scene.
+    #[arg(short, long, value_name = "PAGE.html")]
+    pub output: Option<PathBuf>,
+    /// Packets of each trace of a scene, such as 20k; more take longer and give narrower intervals [default: 100000].
+    #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
+    pub packets: Option<u64>,
+    /// Port of the address; by default one that is free.
+    #[arg(
+        long,
+        value_name = "PORT",
+        default_value_t = 0,
+        hide_default_value = true,
+        conflicts_with = "output"
+    )]
+    pub port: u16,
+    /// Print the address and open no browser.
+    #[arg(long, conflicts_with = "output")]
+    pub no_open: bool,
+    /// Print only errors on stderr.
+    #[arg(long)]
+    pub quiet: bool,
+    /// Threads; by default all cores. The result does not depend on it.
+    #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
+    pub threads: Option<usize>,
+}

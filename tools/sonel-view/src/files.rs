@@ -1,0 +1,106 @@
+//! The files that a page is made of.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use sonel::{Map, RenderOptions, Response, Scene, TraceOptions};
+use sonel_console::artifact::{self, Artifact};
+use sonel_console::follower::Follower;
+use sonel_console::spelled;
+use sonel_map::hexadecimal;
+
+use crate::page::Subject;
+
+/// What was given.
+pub struct Files {
+    /// The scene file.
+    pub scene: Option<PathBuf>,
+    /// The map and its file.
+    pub map: Option<(PathBuf, Map)>,
+    /// Responses with the names of their files.
+    pub responses: Vec<(String, Response)>,
+}
+
+impl Files {
+    /// Opens all `files`; a scene is not read yet.
+    ///
+    /// # Errors
+    /// When one cannot be read or is damaged; two scenes or maps, or both.
+    pub fn open(files: &[PathBuf]) -> anyhow::Result<Self> {
+        let mut opened = Self { scene: None, map: None, responses: Vec::new() };
+        for path in files {
+            match artifact::kind(path)? {
+                Some(Artifact::Response) => {
+                    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                    opened.responses.push((name, Response::open(path).map_err(spelled)?));
+                }
+                Some(Artifact::Map) if opened.map.is_some() => {
+                    bail!("{} is a second map: give the map of the first response alone", path.display())
+                }
+                Some(Artifact::Map) => opened.map = Some((path.clone(), checked(path)?)),
+                None if opened.scene.is_some() => bail!("{} is a second scene: give one", path.display()),
+                None => opened.scene = Some(path.clone()),
+            }
+        }
+        if opened.scene.is_some() && opened.map.is_some() {
+            bail!("a scene and a map: give the scene, which is traced, or the map");
+        }
+        Ok(opened)
+    }
+
+    /// Responses and their map: what is missing is traced with `packets` and rendered at the receivers of the scene.
+    ///
+    /// # Errors
+    /// When the scene is invalid, or the first response is of another scene than the map.
+    pub fn rendered(
+        self,
+        packets: Option<u64>,
+        follower: &Follower<'_>,
+    ) -> anyhow::Result<(Vec<Subject>, Option<Map>)> {
+        let Self { scene, map, mut responses } = self;
+        let traced = |path: PathBuf| -> anyhow::Result<Map> {
+            let scene = follower.result(Scene::load(&path, follower))?;
+            let options = TraceOptions { packets, ..TraceOptions::default() };
+            Ok(follower.result(scene.trace(&options, follower))?.map)
+        };
+        if map.is_none() && scene.is_none() && responses.is_empty() {
+            bail!("no response among the files: make one from a map with sonel-render");
+        }
+        let map = match (map, scene) {
+            (Some((_, map)), _) => Some(map),
+            (None, Some(scene)) => Some(traced(scene)?),
+            (None, None) => None,
+        };
+        if let (Some(map), true) = (&map, responses.is_empty()) {
+            let rendered = follower.result(map.render(&[], &RenderOptions::default(), follower))?;
+            responses.push((map.sonels().header().scene.name.clone(), rendered.response));
+        }
+        if let Some(map) = &map {
+            check_scene(&responses, map, follower)?;
+        }
+        Ok((responses.into_iter().map(|(name, response)| Subject::new(name, response)).collect(), map))
+    }
+}
+
+fn checked(path: &Path) -> anyhow::Result<Map> {
+    let map = Map::open(path).map_err(spelled)?;
+    map.check().map_err(spelled)?;
+    Ok(map)
+}
+
+/// Checks that the first of the named `responses` was rendered from a map of the scene of `map`, and says of others that were not.
+fn check_scene(responses: &[(String, Response)], map: &Map, follower: &Follower<'_>) -> anyhow::Result<()> {
+    let scene = &map.sonels().header().scene;
+    let digests = [("scene_digest", scene.digest), ("mesh_digest", scene.mesh_digest)];
+    let is_of_scene = |response: &Response| {
+        digests.iter().all(|(key, digest)| response.echograms().metadata[*key] == hexadecimal(digest))
+    };
+    for (number, (name, response)) in responses.iter().enumerate() {
+        match number {
+            _ if is_of_scene(response) => {}
+            0 => bail!("{name} is of another scene than the map: give the map that it was rendered from"),
+            _ => follower.line(&format!("warning: {name} is of another scene than the map"))?,
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,70 @@
+//! The library half of `sonel-view`: a room, its map and its responses as a page, frozen in a file or served while one moves in it.
+
+mod arguments;
+mod files;
+mod live;
+mod page;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use sonel_console::follower::Follower;
+use sonel_console::output::{Kind, Output, has_ending};
+use sonel_console::progress::ProgressSink;
+use sonel_console::{Log, Outcome, use_threads};
+
+pub use arguments::Arguments;
+use files::Files;
+
+/// Runs the program: the address to `out`, everything else to `log`.
+///
+/// # Errors
+/// When a file is unusable, or the output or the address cannot be had.
+pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
+    use_threads(arguments.threads)?;
+    if let Some(output) = &arguments.output {
+        return freeze(
+            &arguments.files,
+            output,
+            arguments.packets,
+            ProgressSink::unless(arguments.quiet),
+            log,
+        );
+    }
+    let files = Files::open(&arguments.files)?;
+    live::serve(files, arguments, out, log)
+}
+
+/// Writes the page of `files` to `output`. A scene is traced with `packets`, a map without response rendered at the receivers of its scene.
+///
+/// # Errors
+/// When a file is unusable, there are two maps or a map of another scene, or the output cannot be written.
+pub fn freeze(
+    files: &[PathBuf],
+    output: &Path,
+    packets: Option<u64>,
+    progress: ProgressSink,
+    log: &mut Log<'_>,
+) -> anyhow::Result<Outcome> {
+    if !has_ending(output, "html") {
+        bail!("{} does not end in .html: the page is an HTML file", output.display());
+    }
+    let target = Output::create(output, Kind::PAGE, files)?;
+    let follower = Follower::new(progress, log);
+    let (subjects, map) = Files::open(files)?.rendered(packets, &follower)?;
+    let pairs: usize = subjects.iter().map(page::Subject::pairs).sum();
+    if pairs > page::MOST_PAIRS {
+        let most = page::MOST_PAIRS;
+        follower.line(&format!(
+            "note: curves of the first {most} of {pairs} pairs of source and receiver; tables hold all"
+        ))?;
+    }
+    let walls = map.as_ref().map(|map| follower.result(map.walls())).transpose()?;
+    let traced =
+        map.as_ref().zip(walls.as_deref()).map(|(map, walls)| page::Traced { map: map.sonels(), walls });
+    let text = page::of_responses(&subjects, traced, None);
+    target.write(|out| out.write_all(text.as_bytes()))?;
+    follower.line(&format!("{:.1} MB; written to {}", text.len() as f64 / 1e6, output.display()))?;
+    Ok(Outcome::Done)
+}

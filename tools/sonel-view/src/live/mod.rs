@@ -1,0 +1,55 @@
+//! The page as it is served to one's own machine.
+
+mod answer;
+mod edit;
+mod http;
+mod save;
+mod session;
+mod wishes;
+
+use std::io::Write;
+use std::thread;
+
+use sonel_console::{Log, Outcome, interrupt};
+
+use crate::Arguments;
+use crate::files::Files;
+use http::{Guard, Server};
+use session::Session;
+
+/// Requests that are answered at the same time: several windows, each with a rendering, a map and a sound.
+const AT_ONCE: usize = 8;
+
+/// Serves the page of `files` until the program is interrupted.
+///
+/// # Errors
+/// When the scene cannot be read, or there is no address.
+pub fn serve(
+    files: Files,
+    arguments: &Arguments,
+    out: &mut dyn Write,
+    log: &mut Log<'_>,
+) -> anyhow::Result<Outcome> {
+    let server = Server::at(arguments.port)?;
+    let guard = Guard::new(server.port())?;
+    let session = Session::open(files, arguments.packets, guard.token())?;
+    let address = guard.address();
+    writeln!(out, "{address}")?;
+    out.flush()?;
+    writeln!(log, "Ctrl-C ends sonel-view; anybody who knows the address sees the room")?;
+    interrupt::is_the_end();
+    if !arguments.no_open
+        && let Err(error) = open::that_detached(&address)
+    {
+        writeln!(log, "note: no browser can be opened ({error}): open the address yourself")?;
+    }
+    if session.is_to_be_traced() {
+        session.trace(session.text());
+    }
+    thread::scope(|scope| {
+        for _ in 0..AT_ONCE {
+            scope.spawn(|| server.run(&guard, &session));
+        }
+    });
+    Ok(Outcome::Done)
+}

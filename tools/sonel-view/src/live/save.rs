@@ -1,0 +1,95 @@
+//! What was changed in the page as files, and the commands that give its numbers.
+
+use std::fs::File;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use serde_json::{Value, json};
+use sonel_scene::Scene;
+
+use super::edit;
+use super::wishes::{LISTENER, Save};
+
+/// Saved files of one name.
+const MOST_VERSIONS: usize = 1000;
+
+/// What a page was opened with.
+pub struct Origin<'a> {
+    /// The scene file.
+    pub scene: Option<&'a Path>,
+    /// The file of the map.
+    pub map: Option<&'a Path>,
+    /// The text of the scene file as it was changed.
+    pub text: &'a str,
+    /// Packets of a trace.
+    pub packets: Option<u64>,
+}
+
+impl Origin<'_> {
+    /// Writes files beside the scene or map, none of which exists before; with the commands. The map is one of `traced`.
+    ///
+    /// # Errors
+    /// When they cannot be written.
+    pub fn save(&self, traced: &Scene, wish: &Save) -> anyhow::Result<Value> {
+        let given = self.scene.or(self.map).context("nothing to save")?;
+        let mut files = Vec::new();
+        let mut commands = Vec::new();
+        let mut stem = given.with_extension("");
+        let map = match (self.scene, self.map) {
+            (Some(scene), _) => {
+                let mut file = scene.to_owned();
+                if std::fs::read_to_string(scene).ok().as_deref() != Some(self.text) {
+                    file = create(scene, "", "toml", self.text)?;
+                    stem = file.with_extension("");
+                    files.push(file.clone());
+                }
+                let map = stem.with_extension("sonelmap");
+                let packets =
+                    self.packets.map_or_else(String::new, |packets| format!(" --packets {packets}"));
+                commands.push(format!("sonel-trace {} -o {}{packets}", quoted(&file), quoted(&map)));
+                map
+            }
+            (None, Some(map)) => map.to_owned(),
+            (None, None) => bail!("nothing to save"),
+        };
+        let response = stem.with_extension("npz");
+        let mut render = format!("sonel-render {} -o {}", quoted(&map), quoted(&response));
+        if !wish.changes.is_empty() {
+            let text = edit::materials(traced, &wish.changes)?;
+            let file = create(given, "-materials", "toml", &text)?;
+            render += &format!(" --materials {}", quoted(&file));
+            files.push(file);
+        }
+        let [x, y, z] = wish.listener;
+        render += &format!(" --receiver {LISTENER}={x},{y},{z}");
+        commands.push(render);
+        commands.push(format!("sonel-analyze parameters {}", quoted(&response)));
+        Ok(json!({ "files": files, "commands": commands }))
+    }
+}
+
+/// Writes a new file beside `given`: its name with `what` and the first number that is free.
+fn create(given: &Path, what: &str, ending: &str, text: &str) -> anyhow::Result<PathBuf> {
+    let stem = given.file_stem().unwrap_or_default().to_string_lossy();
+    for number in 2..MOST_VERSIONS {
+        let path = given.with_file_name(format!("{stem}{what}-{number}.{ending}"));
+        match File::create_new(&path) {
+            Ok(mut file) => {
+                file.write_all(text.as_bytes())
+                    .with_context(|| format!("cannot write {}", path.display()))?;
+                return Ok(path);
+            }
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(error).with_context(|| format!("cannot write {}", path.display())),
+        }
+    }
+    bail!("{MOST_VERSIONS} versions of {stem}{what}.{ending} exist: delete some")
+}
+
+/// A path as a shell reads it.
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let is_plain = |letter: char| letter.is_alphanumeric() || "/._-".contains(letter);
+    if text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
+}

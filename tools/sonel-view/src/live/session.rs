@@ -1,0 +1,394 @@
+//! What a served page works on: a scene, the map of its last trace, and who asks for what.
+
+use std::collections::HashMap;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+
+use serde_json::{Value, json};
+use sonel::{
+    Axis, Change, Channels, Grid, Head, Map, Observer, ReceiverPoint, RenderOptions, Rendered, Scene,
+    Severity, Silent, SoundOptions, TraceOptions,
+};
+use sonel_analysis::average::single_number;
+use sonel_analysis::{Parameter, ParameterValue, parameters};
+use sonel_console::spelled;
+use sonel_scene::library;
+
+use super::answer::{Answer, Refusal};
+use super::edit;
+use super::save::Origin;
+use super::wishes::{Changed, Changes, LISTENER, Plane, Render, Save, Search, changes, position};
+use crate::files::Files;
+use crate::page::{self, Subject, Traced, pair, room};
+
+/// Most places of a plane: each takes a rendering and a few milliseconds.
+const MOST_PLACES: f64 = 2000.0;
+/// Windows whose newest request is known.
+const MOST_WINDOWS: usize = 256;
+/// Entries of the library that a search finds.
+const MOST_ENTRIES: usize = 60;
+
+/// The scene, its map and the windows.
+pub struct Session {
+    /// The scene file, where there is one.
+    scene: Option<PathBuf>,
+    /// The file of the map, where there is one.
+    map_file: Option<PathBuf>,
+    /// Packets of a trace.
+    packets: Option<u64>,
+    page: String,
+    head: Head,
+    state: Mutex<State>,
+    /// Number of the newest request of each window, by kind.
+    newest: Mutex<HashMap<String, Arc<AtomicU64>>>,
+    traces: Arc<AtomicU64>,
+}
+
+/// What traces change.
+#[derive(Default)]
+struct State {
+    /// The text of the scene file, as it was changed.
+    text: String,
+    /// The map, once there is one.
+    map: Option<Arc<Map>>,
+    /// Number of maps so far.
+    maps: u64,
+    /// Part of the trace that is done, while there is one.
+    share: Option<f64>,
+    /// Why the last trace failed.
+    failure: Option<String>,
+    /// What traces and checks have to say.
+    messages: Vec<String>,
+}
+
+impl Session {
+    /// Reads the scene or takes the map of `files`.
+    ///
+    /// # Errors
+    /// When the scene is invalid.
+    pub fn open(files: Files, packets: Option<u64>, token: &str) -> anyhow::Result<Arc<Self>> {
+        let Files { scene: file, map, responses } = files;
+        let mut state = State::default();
+        let mut shown = None;
+        if let Some(path) = &file {
+            let scene = Scene::load(path, &Silent).map_err(spelled)?;
+            let checkup = scene.check().map_err(spelled)?;
+            state.text = scene.to_toml();
+            let name = scene.compiled().name.clone();
+            shown = Some((name, room::json(scene.compiled(), scene.geometry(), Some(&checkup))));
+        }
+        let (map_file, map) = map.map_or((None, None), |(path, map)| (Some(path), Some(Arc::new(map))));
+        let walls = map.as_ref().map(|map| map.walls().map_err(spelled)).transpose()?;
+        if let (Some(map), Some(walls)) = (&map, &walls) {
+            let scene = &map.sonels().header().scene;
+            shown = Some((scene.name.clone(), room::json(scene, walls, None)));
+        }
+        let subjects: Vec<Subject> =
+            responses.into_iter().map(|(name, response)| Subject::new(name, response)).collect();
+        let page = match (subjects.is_empty(), shown) {
+            (true, Some((name, room))) => page::live(&name, &room, token),
+            (_, shown) => {
+                let traced = map.as_ref().zip(walls.as_deref());
+                let traced = traced.map(|(map, walls)| Traced { map: map.sonels(), walls });
+                page::of_responses(&subjects, traced, shown.is_some().then_some(token))
+            }
+        };
+        state.maps = u64::from(map.is_some());
+        state.map = map;
+        Ok(Arc::new(Self {
+            scene: file,
+            map_file,
+            packets,
+            page,
+            head: Head::sphere(),
+            state: Mutex::new(state),
+            newest: Mutex::default(),
+            traces: Arc::default(),
+        }))
+    }
+
+    fn locked(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether there is a scene and no map yet.
+    pub fn is_to_be_traced(&self) -> bool {
+        self.scene.is_some()
+    }
+
+    /// The scene file as it was changed.
+    pub fn text(&self) -> String {
+        self.locked().text.clone()
+    }
+
+    /// The page.
+    pub fn page(&self) -> String {
+        self.page.clone()
+    }
+
+    /// The map of the last trace.
+    fn map(&self) -> Result<Arc<Map>, Refusal> {
+        let map = self.locked().map.clone();
+        map.ok_or_else(|| Refusal { status: 425, text: "the scene is being traced".to_owned() })
+    }
+
+    /// How far the trace is, and which map there is.
+    pub fn state(&self) -> Result<Answer, Refusal> {
+        let state = self.locked();
+        let settings = state.map.as_ref().map(|map| {
+            let header = map.sonels().header();
+            json!({ "packets": header.settings.emissions, "steps": map.refinement_steps(),
+                    "sources": header.scene.sources.iter().map(|source| source.position.to_array()).collect::<Vec<_>>() })
+        });
+        Ok(Answer::Json(json!({
+            "share": state.share, "failure": state.failure, "messages": state.messages, "maps": state.maps,
+            "map": settings, "can_trace": self.scene.is_some(),
+        })))
+    }
+
+    /// Traces the scene file `text` beside everything else; an older trace stops.
+    pub fn trace(self: &Arc<Self>, text: String) {
+        let number = self.traces.fetch_add(1, Ordering::SeqCst) + 1;
+        let mut state = self.locked();
+        (state.share, state.failure) = (Some(0.0), None);
+        state.messages.clear();
+        drop(state);
+        let session = Arc::clone(self);
+        thread::spawn(move || {
+            let traced = session.traced(&text, number);
+            let mut state = session.locked();
+            // A newer trace speaks for itself.
+            if session.traces.load(Ordering::SeqCst) != number {
+                return;
+            }
+            state.share = None;
+            match traced {
+                Ok(map) => (state.map, state.text, state.maps) = (Some(Arc::new(map)), text, state.maps + 1),
+                Err(error) => state.failure = Some(spelled(error).to_string()),
+            }
+        });
+    }
+
+    fn traced(&self, text: &str, number: u64) -> sonel::Result<Map> {
+        let path = self.scene.as_deref().expect("only a scene is traced");
+        let follower = Tracing { session: self, number };
+        let scene = Scene::load_text(text.to_owned(), path, &Silent)?;
+        let options = TraceOptions { packets: self.packets, ..TraceOptions::default() };
+        Ok(scene.trace(&options, &follower)?.map)
+    }
+
+    /// Begins a trace of the scene with other sources and materials.
+    pub fn trace_changed(self: &Arc<Self>, wish: &Changed) -> Result<Answer, Refusal> {
+        if self.scene.is_none() {
+            return Err(Refusal::failed(
+                &"a map has no scene file: open the scene to trace it with other sources or materials",
+            ));
+        }
+        wish.sources.iter().try_for_each(|at| position(*at).map(drop))?;
+        let text = edit::edited(&self.text(), &wish.sources, &wish.changes)
+            .map_err(|error| Refusal::failed(&error))?;
+        self.trace(text);
+        self.state()
+    }
+
+    /// Who follows the newest request of a kind and window.
+    fn newest(&self, kind: &str, window: &str) -> Newest {
+        let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
+        if newest.len() >= MOST_WINDOWS {
+            newest.clear();
+        }
+        let counter = Arc::clone(newest.entry(format!("{kind} {window}")).or_default());
+        let own = counter.fetch_add(1, Ordering::SeqCst) + 1;
+        Newest { counter, own }
+    }
+
+    /// Parameters, charts and reflections where the listener is.
+    pub fn render(&self, wish: &Render) -> Result<Answer, Refusal> {
+        let newest = self.newest("render", &wish.window);
+        let map = self.map()?;
+        let options = options(&wish.changes, wish.batches)?;
+        let rendered = map.render(&[listener(wish.listener)?], &options, &newest)?;
+        let echograms = rendered.response.echograms();
+        let source = of_sources(wish.source, echograms.sources())?;
+        newest.unless_replaced()?;
+        let all = parameters(echograms);
+        let walls = map.walls()?;
+        let mut answer = pair::json(echograms, &all[source], (source, 0), Some(&*walls));
+        answer["batches"] = json!(wish.batches);
+        answer["warnings"] = json!(rendered.warnings);
+        newest.unless_replaced()?;
+        Ok(Answer::Json(answer))
+    }
+
+    /// All parameters at the places of a plane.
+    pub fn grid(&self, wish: &Plane) -> Result<Answer, Refusal> {
+        let newest = self.newest("grid", &wish.window);
+        let map = self.map()?;
+        let mut options = options(&wish.changes, wish.batches)?;
+        options.grid = Some(plane(&map, wish)?);
+        let Rendered { response, grid, .. } = map.render(&[], &options, &newest)?;
+        let echograms = response.echograms();
+        let source = of_sources(wish.source, echograms.sources())?;
+        newest.unless_replaced()?;
+        let places = echograms.receivers();
+        let all = &parameters(echograms)[source * places..(source + 1) * places];
+        let shown = Parameter::ALL.into_iter().map(|parameter| {
+            let (symbol, unit, factor) = parameter.heading();
+            let of_band = |value: &dyn Fn(usize) -> ParameterValue| -> Value {
+                (0..places).map(|place| pair::value(&value(place), factor)).collect()
+            };
+            let single = of_band(&|place| single_number(&all[place], parameter));
+            let bands = (0..echograms.bands())
+                .map(|band| of_band(&|place| all[place].bands[band].parameter(parameter).clone()));
+            let typical = all.iter().find_map(|place| single_number(place, parameter).ok());
+            let noticeable = factor * parameter.just_noticeable(typical.map_or(1.0, |estimate| estimate.value));
+            json!({ "symbol": symbol, "unit": unit, "noticeable": noticeable, "single": single, "bands": bands.collect::<Vec<_>>() })
+        });
+        let shown: Vec<Value> = shown.collect();
+        newest.unless_replaced()?;
+        Ok(Answer::Json(json!({
+            "at": echograms.receiver_positions, "spacing": wish.spacing, "parameters": shown,
+            "note": grid.filter(|grid| grid.left_out() > 0).map(|grid| grid.to_string()), "batches": wish.batches,
+        })))
+    }
+
+    /// The impulse response at the ears of the listener.
+    pub fn sound(&self, wish: &Render) -> Result<Answer, Refusal> {
+        let newest = self.newest("sound", &wish.window);
+        let map = self.map()?;
+        let options = RenderOptions { directions: true, ..options(&wish.changes, wish.batches)? };
+        let response = map.render(&[listener(wish.listener)?], &options, &newest)?.response;
+        let source = of_sources(wish.source, response.echograms().sources())?;
+        let mut pairs = response.impulse_responses(Channels::Ears(&self.head), SoundOptions::default())?;
+        newest.unless_replaced()?;
+        Ok(Answer::Samples(pairs.swap_remove(source).concat()))
+    }
+
+    /// Entries of the library with all words.
+    pub fn materials(&self, wish: &Search) -> Result<Answer, Refusal> {
+        let words: Vec<String> = wish.words.split_whitespace().map(str::to_owned).collect();
+        let bands = match (&self.scene, self.map()) {
+            (_, Ok(map)) => map.sonels().header().scene.bands.nominal().to_vec(),
+            _ => Vec::new(),
+        };
+        let found = library::shipped().iter().filter(|entry| entry.matches(&words)).take(MOST_ENTRIES);
+        let entry = |entry: &library::LibraryEntry| {
+            let list = |octaves: &Option<library::Octaves>| {
+                octaves.as_ref().map(|octaves| bands.iter().map(|hz| octaves.at(*hz).0).collect::<Vec<f64>>())
+            };
+            json!({ "name": entry.name, "text": entry.text, "source": entry.source,
+                    "absorption": list(&entry.absorption), "scattering": list(&entry.scattering) })
+        };
+        Ok(Answer::Json(found.map(entry).collect()))
+    }
+
+    /// Writes what was changed, and says which commands give the same numbers.
+    pub fn save(&self, wish: &Save) -> Result<Answer, Refusal> {
+        position(wish.listener)?;
+        changes(&wish.changes)?;
+        let map = self.map()?;
+        let origin = Origin {
+            scene: self.scene.as_deref(),
+            map: self.map_file.as_deref(),
+            text: &self.text(),
+            packets: self.packets,
+        };
+        let saved = origin.save(&map.sonels().header().scene, wish);
+        saved.map(Answer::Json).map_err(|error| Refusal::failed(&format!("{error:#}")))
+    }
+}
+
+fn options(changed: &Changes, batches: Option<u32>) -> Result<RenderOptions, Refusal> {
+    let set: Vec<Change> = changes(changed)?;
+    Ok(RenderOptions { set, batches, ..RenderOptions::default() })
+}
+
+fn listener(at: [f64; 3]) -> Result<ReceiverPoint, Refusal> {
+    Ok(ReceiverPoint::omni(LISTENER, position(at)?))
+}
+
+fn of_sources(index: usize, sources: usize) -> Result<usize, Refusal> {
+    if index < sources { Ok(index) } else { Err(Refusal::wrong(format!("the scene has {sources} sources"))) }
+}
+
+/// The places of a plane above the lowest point of the room.
+fn plane(map: &Map, wish: &Plane) -> Result<Grid, Refusal> {
+    let scene = &map.sonels().header().scene;
+    let Plane { height, spacing, .. } = *wish;
+    if !(height.is_finite() && spacing.is_finite() && spacing > 0.0) {
+        return Err(Refusal::wrong("a plane needs a height and a spacing above 0"));
+    }
+    let vertices = || scene.mesh.vertices.iter();
+    let low = vertices().fold(glam::DVec3::INFINITY, |low, vertex| low.min(*vertex)).to_array();
+    let high = vertices().fold(glam::DVec3::NEG_INFINITY, |high, vertex| high.max(*vertex)).to_array();
+    let up = (0..3).max_by(|a, b| scene.up[*a].abs().total_cmp(&scene.up[*b].abs())).unwrap_or(2);
+    let mut axes = [Axis::from(0.0); 3];
+    for (index, axis) in axes.iter_mut().enumerate() {
+        let (low, high) = (low[index], high[index]);
+        let count = ((high - low) / spacing).floor().max(1.0);
+        // In the middle of equal cells.
+        let margin = 0.5 * (high - low - (count - 1.0) * spacing);
+        *axis = match index == up {
+            true if scene.up[up] > 0.0 => Axis::from(low + height),
+            true => Axis::from(high - height),
+            false if count > MOST_PLACES => return Err(too_many()),
+            false => Axis { low: low + margin, high: high - margin, count: count as u32 },
+        };
+    }
+    if axes.iter().map(|axis| f64::from(axis.count)).product::<f64>() > MOST_PLACES {
+        return Err(too_many());
+    }
+    Grid::new(axes).map_err(Refusal::wrong)
+}
+
+fn too_many() -> Refusal {
+    Refusal::wrong(format!("a plane has at most {MOST_PLACES} places: give a larger spacing"))
+}
+
+/// Follows the request `own` of a window, until there is a newer one.
+struct Newest {
+    counter: Arc<AtomicU64>,
+    own: u64,
+}
+
+impl Newest {
+    fn is_replaced(&self) -> bool {
+        self.counter.load(Ordering::SeqCst) != self.own
+    }
+
+    fn unless_replaced(&self) -> Result<(), Refusal> {
+        if self.is_replaced() { Err(Refusal::replaced()) } else { Ok(()) }
+    }
+}
+
+impl Observer for Newest {
+    fn progress(&self, _step: &str, _share: f64) -> ControlFlow<()> {
+        if self.is_replaced() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+/// Follows the trace of a `number`, until there is a newer one.
+struct Tracing<'a> {
+    session: &'a Session,
+    number: u64,
+}
+
+impl Observer for Tracing<'_> {
+    fn progress(&self, _step: &str, share: f64) -> ControlFlow<()> {
+        if self.session.traces.load(Ordering::SeqCst) != self.number {
+            return ControlFlow::Break(());
+        }
+        self.session.locked().share = Some(share);
+        ControlFlow::Continue(())
+    }
+
+    fn message(&self, severity: Severity, text: &str) -> ControlFlow<()> {
+        if severity == Severity::Warning {
+            self.session.locked().messages.push(text.to_owned());
+        }
+        ControlFlow::Continue(())
+    }
+}

@@ -1,0 +1,134 @@
+//! The HTML around texts, tables and charts. Everything that comes from files is escaped here.
+
+use serde_json::Value;
+
+/// What draws charts and the room (assets/README.md).
+const LIBRARIES: [&str; 2] =
+    [include_str!("../../assets/plotly-basic.min.js"), include_str!("../../assets/three.min.js")];
+/// What the page does: the later ones use the earlier ones.
+const SCRIPTS: [&str; 5] = [
+    include_str!("../../assets/words.js"),
+    include_str!("../../assets/room.js"),
+    include_str!("../../assets/listener.js"),
+    include_str!("../../assets/sound.js"),
+    include_str!("../../assets/page.js"),
+];
+const STYLE: &str = include_str!("../../assets/page.css");
+const VIEW: &str = include_str!("../../assets/view.html");
+
+/// A page being written.
+pub struct Document {
+    title: String,
+    body: String,
+    contents: String,
+    charts: usize,
+    /// What the scripts show.
+    shown: String,
+}
+
+/// Text with the characters that HTML and the labels of plotly.js reserve replaced; not for attributes.
+pub fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            _ => out.push(letter),
+        }
+    }
+    out
+}
+
+/// JSON that may stand within a script.
+fn scripted(value: &Value) -> String {
+    value.to_string().replace('<', "\\u003c")
+}
+
+impl Document {
+    /// A page whose scripts show the room and the pairs of `shown`.
+    pub fn new(title: &str, shown: &Value) -> Self {
+        let (title, shown) = (escaped(title), scripted(shown));
+        Self { title, shown, body: String::new(), contents: String::new(), charts: 0 }
+    }
+
+    /// Begins a section.
+    pub fn section(&mut self, title: &str) {
+        let anchor: String = title.chars().filter(char::is_ascii_alphanumeric).collect();
+        self.contents.push_str(&format!("<a href=\"#{anchor}\">{title}</a>"));
+        self.body.push_str(&format!("<h2 id=\"{anchor}\">{title}</h2>\n"));
+    }
+
+    /// A paragraph of plain text.
+    pub fn text(&mut self, text: &str) {
+        self.body.push_str(&format!("<p>{}</p>\n", escaped(text)));
+    }
+
+    /// A paragraph in small print.
+    pub fn note(&mut self, text: &str) {
+        self.body.push_str(&format!("<p class=\"note\">{}</p>\n", escaped(text)));
+    }
+
+    /// A list of plain texts.
+    pub fn list(&mut self, items: &[String]) {
+        let items: String = items.iter().map(|item| format!("<li>{}</li>", escaped(item))).collect();
+        self.body.push_str(&format!("<ul>{items}</ul>\n"));
+    }
+
+    /// A table of plain texts; `class` is "" or "long" for columns of text.
+    pub fn table(&mut self, class: &str, head: &[String], rows: &[Vec<String>]) {
+        let row = |cells: &[String], tag: &str| {
+            let cells: String =
+                cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect();
+            format!("<tr>{cells}</tr>")
+        };
+        let body: String = rows.iter().map(|cells| row(cells, "td")).collect();
+        let head = if head.is_empty() { String::new() } else { row(head, "th") };
+        self.body.push_str(&format!(
+            "<div class=\"scroll\"><table class=\"{class}\">{head}{body}</table></div>\n"
+        ));
+    }
+
+    /// Names of series with their colours, for charts without legends of their own.
+    pub fn legend<'a>(&mut self, names: impl Iterator<Item = (&'a str, &'a str)>) {
+        let keys: String = names
+            .map(|(name, color)| format!("<span><b style=\"color:{color}\">■</b> {}</span>", escaped(name)))
+            .collect();
+        self.body.push_str(&format!("<p class=\"note keys\">{keys}</p>\n"));
+    }
+
+    /// Charts side by side, each `{"data": …, "layout": …}` of plotly.js.
+    pub fn charts(&mut self, charts: &[Value]) {
+        self.body.push_str("<div class=\"grid\">");
+        for chart in charts {
+            self.charts += 1;
+            let id = format!("chart{}", self.charts);
+            let chart = scripted(chart);
+            self.body.push_str(&format!(
+                "<div id=\"{id}\" class=\"chart\"></div><script>drawChart(\"{id}\",{chart})</script>\n"
+            ));
+        }
+        self.body.push_str("</div>\n");
+    }
+
+    /// Data for programs that read the page.
+    pub fn data(&mut self, id: &str, value: &Value) {
+        self.body.push_str(&format!(
+            "<script type=\"application/json\" id=\"{id}\">{}</script>\n",
+            scripted(value)
+        ));
+    }
+
+    /// The whole document.
+    pub fn finish(self) -> String {
+        let Self { title, body, contents, shown, .. } = self;
+        let (libraries, scripts) = (LIBRARIES.join("\n"), SCRIPTS.join("\n"));
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"generator\" content=\"sonel-view\">\
+             <meta name=\"viewport\" content=\"width=device-width\">\
+             <title>{title}</title>\n<style>{STYLE}</style>\n<script>{libraries}</script>\n<script>{scripts}</script></head>\n\
+             <body><h1>{title}</h1>\n<nav><a href=\"#view\">Room</a>{contents}</nav>\n{VIEW}\n{body}\
+             <script type=\"application/json\" id=\"content\">{shown}</script>\n<script>start()</script></body></html>\n"
+        )
+    }
+}

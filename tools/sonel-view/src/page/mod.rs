@@ -1,0 +1,106 @@
+//! The page: room, listener, tables and charts in one HTML file that opens offline in any browser.
+//!
+//! Rust makes the numbers, the tables and what charts show; plotly.js draws charts and three.js the room, and both scripts are part of the file.
+
+mod charts;
+mod document;
+pub mod pair;
+mod reflections;
+pub mod room;
+mod sections;
+mod words;
+
+use serde_json::{Value, json};
+use sonel_analysis::{ReceiverParameters, parameters};
+use sonel_echogram::Response;
+use sonel_geometry::Geometry;
+use sonel_map::{SonelMap, hexadecimal};
+
+use document::Document;
+
+/// Pairs of source and receiver with curves of their own: more would make a file of more than 10 MB.
+pub const MOST_PAIRS: usize = 48;
+
+/// A response with its parameters.
+pub struct Subject {
+    /// What the page calls it.
+    pub name: String,
+    response: sonel::Response,
+    parameters: Vec<ReceiverParameters>,
+}
+
+impl Subject {
+    /// Reads the parameters off `response`.
+    pub fn new(name: String, response: sonel::Response) -> Self {
+        let parameters = parameters(response.echograms());
+        Self { name, response, parameters }
+    }
+
+    /// Number of pairs of source and receiver.
+    pub fn pairs(&self) -> usize {
+        self.parameters.len()
+    }
+
+    /// Echograms of the response.
+    pub fn echograms(&self) -> &Response {
+        self.response.echograms()
+    }
+
+    /// Source and receiver of a pair.
+    fn pair(&self, index: usize) -> (usize, usize) {
+        let receivers = self.echograms().receivers();
+        (index / receivers, index % receivers)
+    }
+}
+
+/// The map that the responses were rendered from.
+#[derive(Clone, Copy)]
+pub struct Traced<'a> {
+    /// Its paths.
+    pub map: &'a SonelMap,
+    /// The walls of its scene.
+    pub walls: &'a Geometry,
+}
+
+impl Traced<'_> {
+    /// Whether `response` was rendered from it.
+    fn holds(self, response: &Response) -> bool {
+        response.metadata["map_digest"] == hexadecimal(&self.map.digest())
+    }
+}
+
+/// The page of responses and of the map of the first one, which asks the server of this `token` for more, if there is one.
+pub fn of_responses(subjects: &[Subject], map: Option<Traced<'_>>, token: Option<&str>) -> String {
+    let name = subjects[0].echograms().metadata["scene"].as_str().unwrap_or("Room acoustics");
+    let room = map.map_or_else(
+        || room::of_response(subjects[0].echograms()),
+        |map| room::json(&map.map.header().scene, map.walls, None),
+    );
+    let pairs: Vec<Value> = sections::drawn(subjects)
+        .into_iter()
+        .map(|(name, subject, index)| {
+            let walls = map.filter(|map| map.holds(subject.echograms())).map(|map| map.walls);
+            let mut pair =
+                pair::json(subject.echograms(), &subject.parameters[index], subject.pair(index), walls);
+            pair["name"] = json!(name);
+            pair
+        })
+        .collect();
+    let live = token.map(|token| json!({ "token": token }));
+    let mut page = Document::new(name, &json!({ "room": room, "pairs": pairs, "live": live }));
+    sections::summary(&mut page, subjects);
+    sections::remarks(&mut page, subjects, map);
+    sections::over_bands(&mut page, subjects);
+    sections::over_receivers(&mut page, subjects);
+    if let Some(map) = map {
+        sections::effects(&mut page, map);
+        sections::ledger(&mut page, map);
+    }
+    sections::provenance(&mut page, subjects);
+    page.finish()
+}
+
+/// The page of a `room` without responses, which asks the server of this `token` for everything else.
+pub fn live(name: &str, room: &Value, token: &str) -> String {
+    Document::new(name, &json!({ "room": room, "pairs": [], "live": { "token": token } })).finish()
+}

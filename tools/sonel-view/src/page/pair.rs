@@ -1,0 +1,77 @@
+//! A source at a receiver as the page shows it: parameters with intervals, charts, and the ways of early reflections.
+
+use serde_json::{Value, json};
+use sonel_acoustics::just_noticeable::SPEECH_TRANSMISSION_INDEX;
+use sonel_analysis::average::single_number;
+use sonel_analysis::receiver::BandParameters;
+use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
+use sonel_drawing::plot::{self, Axis, Panel};
+use sonel_echogram::Response;
+use sonel_geometry::Geometry;
+
+use super::{charts, reflections};
+
+/// Source `s` at receiver `r` of a response with these parameters. Ways are followed between the walls `geometry`, where they are those that
+/// the response was rendered with.
+pub fn json(
+    response: &Response,
+    parameters: &ReceiverParameters,
+    (s, r): (usize, usize),
+    geometry: Option<&Geometry>,
+) -> Value {
+    let early = plot::early(response, (s, r), None).unwrap_or_else(|| Panel {
+        title: "Early reflections: none are listed".to_owned(),
+        x: Axis::linear("delay to the direct sound [ms]"),
+        y: Axis::linear("strength of the arrival [dB]"),
+        series: Vec::new(),
+    });
+    json!({
+        "source": parameters.source,
+        "receiver": parameters.name,
+        "at": response.receiver_positions[r],
+        "sourceAt": response.source_positions[s],
+        "bands": response.center_frequency_hz,
+        "parameters": rows(parameters),
+        "decay": charts::of(&plot::decay(response, s, r)),
+        "echogram": charts::of(&plot::echogram(response, s, r)),
+        "early": charts::of(&early),
+        "ways": geometry.map_or_else(Vec::new, |walls| reflections::json(response, walls, (s, r))),
+    })
+}
+
+/// Every parameter over the bands and as a single number, in the unit of its heading; at last the speech transmission index.
+fn rows(receiver: &ReceiverParameters) -> Vec<Value> {
+    let known: Vec<Parameter> =
+        receiver.bands.first().into_iter().flat_map(BandParameters::parameters).collect();
+    let mut rows: Vec<Value> = known
+        .into_iter()
+        .map(|parameter| {
+            let (symbol, unit, factor) = parameter.heading();
+            let single = single_number(receiver, parameter);
+            let middle = single.as_ref().map_or(1.0, |estimate| estimate.value);
+            let values = receiver.bands.iter().map(|band| value(band.parameter(parameter), factor));
+            json!({
+                "key": parameter.key(), "symbol": symbol, "unit": unit,
+                "noticeable": factor * parameter.just_noticeable(middle),
+                "single": value(&single, factor),
+                "values": values.collect::<Vec<_>>(),
+            })
+        })
+        .collect();
+    rows.push(json!({
+        "key": "speech_transmission_index", "symbol": "STI", "unit": "", "noticeable": SPEECH_TRANSMISSION_INDEX,
+        "single": value(&receiver.speech_transmission_index, 1.0), "values": [],
+    }));
+    rows
+}
+
+/// Value and half-width of its interval; a reason where there is none.
+pub fn value(value: &ParameterValue, factor: f64) -> Value {
+    match value {
+        Ok(estimate) => match &estimate.interval {
+            Ok([low, high]) => json!([factor * estimate.value, factor * 0.5 * (high - low)]),
+            Err(reason) => json!([factor * estimate.value, reason.to_string()]),
+        },
+        Err(reason) => json!(reason.to_string()),
+    }
+}

@@ -1,0 +1,83 @@
+//! The room as the page draws it.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use glam::DVec3;
+use serde_json::{Value, json};
+use sonel_acoustics::Directivity;
+use sonel_echogram::Response;
+use sonel_geometry::Geometry;
+use sonel_scene::Scene;
+use sonel_scene::checkup::Checkup;
+
+/// Walls, materials, sources, receivers, and what a checkup found.
+pub fn json(scene: &Scene, walls: &Geometry, checkup: Option<&Checkup>) -> Value {
+    // A screen shows millimetres of a room that may lie kilometres from the origin.
+    let origin = scene.mesh.vertices.first().copied().unwrap_or_default();
+    let vertices: Vec<u8> = scene
+        .mesh
+        .vertices
+        .iter()
+        .flat_map(|vertex| (*vertex - origin).as_vec3().to_array())
+        .flat_map(f32::to_le_bytes)
+        .collect();
+    let areas = areas(scene);
+    let materials = scene.materials.iter().enumerate().map(|(index, material)| {
+        let own = scene.mesh.triangles.iter().filter(|triangle| triangle.material as usize == index);
+        let corners: Vec<u8> = own.flat_map(|triangle| triangle.corners).flat_map(u32::to_le_bytes).collect();
+        json!({
+            "name": material.name, "area": areas[index], "absorption": material.absorption,
+            "scattering": material.scattering, "transmission": material.transmission,
+            "law": material.law.to_string(), "source": material.source, "corners": STANDARD.encode(corners),
+        })
+    });
+    let sources = scene.sources.iter().map(|source| {
+        json!({ "name": source.name, "at": source.position.to_array(), "aim": source.aim.to_array(),
+                "directivity": directivity(&source.directivity) })
+    });
+    let receivers = scene.receivers.iter().map(|receiver| point(&receiver.name, receiver.position));
+    let faults = checkup.map_or_else(Vec::new, |checkup| {
+        [&checkup.faults[..], &checkup.warnings].concat().iter().map(|text| json!(text)).collect()
+    });
+    json!({
+        "up": scene.up.to_array(), "origin": origin.to_array(), "vertices": STANDARD.encode(vertices),
+        "bands": scene.bands.nominal(), "materials": materials.collect::<Vec<_>>(),
+        "sources": sources.collect::<Vec<_>>(), "receivers": receivers.collect::<Vec<_>>(),
+        "volume": walls.volume(), "faults": faults,
+    })
+}
+
+/// Sources and receivers alone, where the map is not at hand.
+pub fn of_response(response: &Response) -> Value {
+    let points = |names: &[String], positions: &[[f64; 3]]| -> Vec<Value> {
+        names.iter().zip(positions).map(|(name, at)| point(name, DVec3::from_array(*at))).collect()
+    };
+    json!({
+        "up": [0.0, 0.0, 1.0], "origin": response.receiver_positions[0], "vertices": "",
+        "bands": response.center_frequency_hz, "materials": [],
+        "sources": points(&response.source_names, &response.source_positions),
+        "receivers": points(&response.receiver_names, &response.receiver_positions),
+        "volume": response.metadata["volume_m3"], "faults": [],
+    })
+}
+
+fn directivity(directivity: &Directivity) -> &'static str {
+    match directivity {
+        Directivity::Pattern(pattern) => pattern.name(),
+        Directivity::Measured { .. } => "measured",
+    }
+}
+
+fn point(name: &str, position: DVec3) -> Value {
+    json!({ "name": name, "at": position.to_array() })
+}
+
+/// Area of every material [m²], one side of each face.
+fn areas(scene: &Scene) -> Vec<f64> {
+    let mut areas = vec![0.0; scene.materials.len()];
+    for (index, triangle) in scene.mesh.triangles.iter().enumerate() {
+        let [a, b, c] = scene.mesh.corners(index as u32);
+        areas[triangle.material as usize] += 0.5 * (b - a).cross(c - a).length();
+    }
+    areas
+}

@@ -1,0 +1,105 @@
+// Drives the page of sonel-view in a real browser as a user does: node view.mjs PROGRAM FILE FOLDER.
+// Prints what it measured as JSON; fails where a script fails or the page does not do what it says.
+import { chromium } from "playwright-core";
+import { spawn } from "node:child_process";
+
+const [program, file, folder] = process.argv.slice(2);
+const PATIENCE = { timeout: 60000 };
+const server = spawn(program, [file, "--no-open", "--quiet"]);
+const address = await new Promise((found) => {
+  let text = "";
+  server.stdout.on("data", (data) => { text += data; if (text.includes("\n")) found(text.trim()); });
+});
+const browser = await chromium.launch({ executablePath: "/usr/bin/chromium",
+  args: ["--no-sandbox", "--use-gl=swiftshader", "--enable-unsafe-swiftshader", "--autoplay-policy=no-user-gesture-required"] });
+const measured = { latency_ms: {} };
+try {
+  const page = await browser.newPage({ viewport: { width: 1400, height: 1000 } });
+  const failures = [];
+  page.on("pageerror", (error) => failures.push(error.message));
+  page.on("console", (message) => { if (message.type() === "error") failures.push(message.text()); });
+  const check = (holds, what) => { if (!holds) throw new Error(what); };
+  const settled = () => page.waitForFunction(() => shown.pair && shown.pair.batches === null, null, PATIENCE);
+  const values = (key) => page.$eval(`tr[data-key=${key}]`, (row) => [...row.querySelectorAll("td")].slice(1).map((place) => Number(place.dataset.value)));
+  const latency = async (name, act) => {
+    await page.evaluate(() => {
+      window.changed = null;
+      new MutationObserver((_, observer) => { window.changed = performance.now(); observer.disconnect(); }).observe(byId("parameters"), { childList: true });
+      window.begun = performance.now();
+    });
+    await act();
+    await page.waitForFunction(() => window.changed, null, PATIENCE);
+    measured.latency_ms[name] = Math.round(await page.evaluate(() => window.changed - window.begun));
+    await settled();
+  };
+
+  await page.goto(address);
+  await settled();
+  check((await page.locator(".chart .plot-container").count()) >= 3, "charts are drawn");
+  const ways = await page.evaluate(() => view.ways.children.length);
+  check(ways >= 1, "early reflections are drawn");
+
+  // The listener: by the keys, by the mouse, by numbers.
+  const before = await page.evaluate(() => shown.listener);
+  await latency("key", async () => { await page.focus("#room"); await page.keyboard.press("ArrowUp"); });
+  check(JSON.stringify(await page.evaluate(() => shown.listener)) !== JSON.stringify(before), "an arrow key moves the listener");
+  const spot = await page.evaluate(() => {
+    const at = view.listener.position.clone().project(view.camera), frame = view.canvas.getBoundingClientRect();
+    return [frame.left + (at.x + 1) / 2 * frame.width, frame.top + (1 - at.y) / 2 * frame.height];
+  });
+  const z = await page.evaluate(() => shown.listener[2]);
+  await page.mouse.move(...spot);
+  await page.mouse.down();
+  await page.mouse.move(spot[0] + 12, spot[1] + 6, { steps: 6 });
+  await page.mouse.up();
+  await page.waitForTimeout(300);
+  await settled();
+  check(Math.abs(await page.evaluate(() => shown.listener[2]) - z) < 2e-3, "the mouse keeps the listener in its plane");
+  await latency("moved", () => page.evaluate((at) => moveListener(at), before));
+  const plain = await values("t30_s");
+
+  // A material, compared with what was before.
+  await page.evaluate(() => { document.querySelector("details").open = true; });
+  await page.click("#keep");
+  await latency("material", () => page.evaluate(() => {
+    const material = shown.room.materials[0];
+    changeMaterial(material, material.absorption.map((value) => Math.min(1, value + 0.02)));
+  }));
+  const changed = await values("t30_s");
+  check(changed.every((value, band) => value !== plain[band]), "other materials have other times");
+  check((await page.locator("#parameters .beyond").count()) >= 1, "differences beyond chance are marked");
+
+  // A map of a plane.
+  await page.click("#paint");
+  await page.waitForFunction(() => view.map.children.length > 3 && shown.map.batches === shown.steps[1], null, PATIENCE);
+  await page.screenshot({ path: `${folder}/wide.png`, fullPage: true });
+
+  // Sound runs.
+  await page.selectOption("#signal", "speech");
+  await page.click("#play");
+  await page.waitForFunction(() => hearing?.chain && hearing.context.state === "running", null, PATIENCE);
+  await page.waitForFunction(() => {
+    const samples = new Float32Array(hearing.meter.fftSize);
+    hearing.meter.getFloatTimeDomainData(samples);
+    return samples.some((sample) => Math.abs(sample) > 1e-3);
+  }, null, PATIENCE);
+  await page.click("#stop");
+
+  // Saved commands; xtask runs them and compares.
+  await page.click("#save");
+  await page.waitForFunction(() => byId("saved").textContent, null, PATIENCE);
+  measured.commands = (await page.textContent("#saved")).split("\n").filter((line) => !line.startsWith("#"));
+  measured.t30_s = (await values("t30_s")).slice(1);
+
+  // Narrow, and on paper.
+  await page.setViewportSize({ width: 400, height: 800 });
+  await page.waitForTimeout(300);
+  check(await page.evaluate(() => document.documentElement.scrollWidth <= 400), "nothing is wider than a narrow screen");
+  await page.screenshot({ path: `${folder}/narrow.png`, fullPage: true });
+  await page.pdf({ path: `${folder}/page.pdf`, preferCSSPageSize: true, printBackground: true });
+  check(!failures.length, `scripts fail: ${failures.join("; ")}`);
+  console.log(JSON.stringify(measured));
+} finally {
+  await browser.close();
+  server.kill("SIGINT");
+}

@@ -1,0 +1,100 @@
+//! The page of `sonel-view` in a real browser: no script fails, charts are drawn, and what a user does on it gives the numbers of the programs.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use anyhow::{Context, Result, ensure};
+use serde_json::Value;
+
+use crate::python::printed;
+use xtask::workspace::{self, Profile};
+
+/// Scenes that the page is driven in.
+const SCENES: [&str; 3] = ["shoebox", "seed-room", "hall"];
+
+/// Drives the page of each scene in Chromium. Where it cannot run: what it needs.
+pub fn accept() -> Result<Option<&'static str>> {
+    let is_there =
+        |name: &str| Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success());
+    if !["chromium", "node", "npm"].into_iter().all(is_there) {
+        return Ok(Some("the page needs Debian's `chromium`, `nodejs` and `npm`"));
+    }
+    let programs = workspace::programs(Profile::Release)?;
+    let folder = workspace::root().join("target/view");
+    fs::create_dir_all(&folder)?;
+    frozen(&programs, &folder)?;
+    fs::copy(workspace::root().join("xtask/src/view.mjs"), folder.join("view.mjs"))?;
+    let mut install = workspace::command("npm", &["install", "--no-save", "--silent", "playwright-core@1"]);
+    printed(install.current_dir(&folder))?;
+    for scene in SCENES {
+        driven(&programs, &folder, scene)?;
+    }
+    Ok(None)
+}
+
+/// Opens the frozen page of a small run.
+fn frozen(programs: &Path, folder: &Path) -> Result<()> {
+    let page = folder.join("frozen.html").display().to_string();
+    let scene = workspace::root().join("scenes/shoebox/scene.toml").display().to_string();
+    let words = [&scene, "--packets", "2000", "--quiet", "--output", &page];
+    printed(Command::new(programs.join("sonel-view")).args(words))?;
+    let source = fs::read_to_string(&page)?;
+    let wanted = source.matches("class=\"chart\"").count();
+    let drawn = opened(&page)?.matches("class=\"plot-container").count();
+    ensure!(wanted > 0 && drawn == wanted, "{drawn} of {wanted} charts are drawn");
+    // A browser that tells of no failure would tell of none here.
+    let broken = folder.join("broken.html").display().to_string();
+    fs::write(&broken, source.replace("Plotly.react(id", "Nothing.react(id"))?;
+    ensure!(opened(&broken).is_err(), "a failing script goes unnoticed");
+    println!("frozen page: {drawn} charts, no script fails");
+    Ok(())
+}
+
+/// What becomes of a page when its scripts have run.
+fn opened(page: &str) -> Result<String> {
+    let mut browser = Command::new("chromium");
+    browser.args(["--headless", "--no-sandbox", "--use-gl=swiftshader", "--enable-logging=stderr"]);
+    browser.args(["--virtual-time-budget=20000", "--dump-dom", &format!("file://{page}")]);
+    let run = browser.output()?;
+    let log = String::from_utf8_lossy(&run.stderr).into_owned();
+    ensure!(!log.contains("Uncaught"), "{log}");
+    Ok(String::from_utf8(run.stdout)?)
+}
+
+/// Does on the page of `scene` what a user does, then runs the commands that it gave and compares their times with those it showed.
+fn driven(programs: &Path, folder: &Path, scene: &str) -> Result<()> {
+    let own = folder.join(scene);
+    // Saved files of an earlier run would only be counted on.
+    let _ = fs::remove_dir_all(&own);
+    fs::create_dir_all(&own)?;
+    for entry in fs::read_dir(workspace::root().join("scenes").join(scene))? {
+        let entry = entry?;
+        fs::copy(entry.path(), own.join(entry.file_name()))?;
+    }
+    let mut drive = workspace::command("node", &["view.mjs"]);
+    drive.arg(programs.join("sonel-view")).args([own.join("scene.toml"), own.clone()]);
+    let measured: Value = serde_json::from_str(&printed(drive.current_dir(folder))?)?;
+    let mut output = String::new();
+    for command in measured["commands"].as_array().context("no commands")? {
+        let line = command.as_str().context("a command is no text")?;
+        let is_reading = line.starts_with("sonel-analyze");
+        let line = format!(
+            "{}/{line}{}",
+            programs.display(),
+            if is_reading { " --format json" } else { " --quiet" }
+        );
+        output = printed(Command::new("sh").args(["-c", &line]))?;
+    }
+    let read: Value = serde_json::from_str(&output)?;
+    let bands = read["receivers"][0]["bands"].as_array().context("no bands")?;
+    for (band, shown) in bands.iter().zip(measured["t30_s"].as_array().context("no times")?) {
+        ensure!(
+            band["t30_s"]["value"] == *shown,
+            "{scene}: the page shows {shown}, the programs {}",
+            band["t30_s"]
+        );
+    }
+    println!("{scene}: {}", measured["latency_ms"]);
+    Ok(())
+}
