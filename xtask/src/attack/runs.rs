@@ -256,6 +256,7 @@ impl<'a> Ground<'a> {
 }
 
 /// Flips a bit.
+#[allow(clippy::ptr_arg, reason = "a kind of damage, as those that change the length")]
 pub(super) fn flipped(bytes: &mut Vec<u8>, random: &mut Random) {
     let at = random.below(bytes.len());
     bytes[at] ^= 1 << random.below(8);
@@ -267,6 +268,7 @@ pub(super) fn cut(bytes: &mut Vec<u8>, random: &mut Random) {
 }
 
 /// Swaps two bytes.
+#[allow(clippy::ptr_arg, reason = "a kind of damage, as those that change the length")]
 pub(super) fn swapped(bytes: &mut Vec<u8>, random: &mut Random) {
     let (a, b) = (random.below(bytes.len()), random.below(bytes.len()));
     bytes.swap(a, b);
