@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 #[path = "../../fuzz/readers.rs"]
-mod readers;
+mod fuzzed;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a folder of the workspace")
@@ -45,13 +45,13 @@ fn damaged(seed: &[u8], state: &mut u64) -> Vec<u8> {
 #[test]
 fn seeds_are_read_and_their_damaged_copies_never_panic() {
     let mut state = 1;
-    for (name, reader) in readers::READERS {
+    for (name, reader) in fuzzed::READERS {
         let seeds = seeds(name);
         assert!(!seeds.is_empty(), "{name}");
         for (path, seed) in seeds {
             assert!(reader(&seed), "{} is refused", path.display());
             for _ in 0..crate::COPIES {
-                readers::read(name, &damaged(&seed, &mut state));
+                fuzzed::read(name, &damaged(&seed, &mut state));
             }
         }
     }
