@@ -99,7 +99,7 @@ fn receivers_side_by_side_have_the_same_late_sound_and_distant_ones_do_not() {
     let [a, b, c] = ["1-a", "2-b", "3-c"].map(|name| read(&folder, &format!("wav/1-speaker_{name}.wav")));
     let (near, far) = (coherence(&a, &b, 0.1), coherence(&a, &c, 0.1));
     println!("coherence at 2 cm {near:.4}, at 1.4 m {far:.4}");
-    assert!(near > 0.99 && far < 0.9, "{near} {far}");
+    assert!(near > 0.99 && far < 0.5, "{near} {far}");
 }
 
 /// The same sound at another rate, and its direct sound at the sample of its time.

@@ -25,8 +25,8 @@ pub fn accept() -> Result<Option<&'static str>> {
     fs::create_dir_all(&folder)?;
     frozen(&programs, &folder)?;
     fs::copy(workspace::root().join("xtask/src/view.mjs"), folder.join("view.mjs"))?;
-    let mut install = workspace::command("npm", &["install", "--no-save", "--silent", "playwright-core@1"]);
-    printed(install.current_dir(&folder))?;
+    let mut install = workspace::command("npm", &["install", "--silent", "playwright-core@1", "--prefix"]);
+    printed(install.arg(&folder))?;
     for scene in SCENES {
         driven(&programs, &folder, scene)?;
     }
@@ -72,9 +72,9 @@ fn driven(programs: &Path, folder: &Path, scene: &str) -> Result<()> {
         let entry = entry?;
         fs::copy(entry.path(), own.join(entry.file_name()))?;
     }
-    let mut drive = workspace::command("node", &["view.mjs"]);
-    drive.arg(programs.join("sonel-view")).args([own.join("scene.toml"), own.clone()]);
-    let measured: Value = serde_json::from_str(&printed(drive.current_dir(folder))?)?;
+    let mut drive = Command::new("node");
+    drive.args([folder.join("view.mjs"), programs.join("sonel-view"), own.join("scene.toml"), own]);
+    let measured: Value = serde_json::from_str(&printed(&mut drive)?)?;
     let mut output = String::new();
     for command in measured["commands"].as_array().context("no commands")? {
         let line = command.as_str().context("a command is no text")?;

@@ -78,7 +78,7 @@ pub fn libraries() -> Result<()> {
     Ok(())
 }
 
-/// Builds the three programs; returns the folder they lie in.
+/// Builds the programs; returns the folder they lie in.
 ///
 /// They are selected from the whole workspace: a package built alone unifies fewer features of its dependencies, and cargo would
 /// build most of them once more.

@@ -85,7 +85,7 @@ pub enum Command {
 
 The file needs no network. With the map it also shows room, effects and energy ledger.")]
 pub struct Report {
-    /// Responses written by sonel-render, and optionally the map of the first one.
+    /// Responses written by sonel-render, and optionally the map of the first one; a map alone is rendered at the receivers of its scene.
     #[arg(value_name = "RESPONSE.npz|MAP.sonelmap", required = true)]
     pub files: Vec<PathBuf>,
     /// Page to write; an existing one is replaced when the new one is complete.

@@ -1,7 +1,7 @@
 //! Opens maps and responses; every error names the file.
 
 use std::fs::File;
-use std::io::{BufReader, Write};
+use std::io::BufReader;
 use std::path::Path;
 
 use anyhow::{Context, bail};
@@ -10,8 +10,7 @@ use sonel_console::artifact::{self, Artifact as Kind};
 use sonel_console::input;
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
-use sonel_map::{Mode, SonelMap, hexadecimal};
-use sonel_scene::Scene;
+use sonel_map::{Mode, SonelMap};
 use sonel_sound::Recording;
 
 /// A file of ours.
@@ -116,29 +115,6 @@ pub fn map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
     let map = SonelMap::open(&file(path)?).with_context(named)?;
     let geometry = map.header().scene.geometry().with_context(named)?;
     Ok((map, geometry))
-}
-
-/// Checks that the first of the named `responses` was rendered from a map of `scene`, and logs others that were not.
-///
-/// # Errors
-/// When the first was not.
-pub fn check_scene<'a>(
-    responses: impl IntoIterator<Item = (&'a str, &'a Response)>,
-    scene: &Scene,
-    log: &mut dyn Write,
-) -> anyhow::Result<()> {
-    let digests = [("scene_digest", scene.digest), ("mesh_digest", scene.mesh_digest)];
-    let is_of_scene = |response: &Response| {
-        digests.iter().all(|(key, digest)| response.metadata[*key] == hexadecimal(digest))
-    };
-    for (number, (name, response)) in responses.into_iter().enumerate() {
-        match number {
-            _ if is_of_scene(response) => {}
-            0 => bail!("{name} is of another scene than the map: give the map that it was rendered from"),
-            _ => writeln!(log, "warning: {name} is of another scene than the map")?,
-        }
-    }
-    Ok(())
 }
 
 /// The sound in `path`.

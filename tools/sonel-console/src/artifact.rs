@@ -1,9 +1,12 @@
-//! Maps and responses, told by their first bytes.
+//! Maps and responses: told by their first bytes, and whether they belong together.
 
 use std::io::Read;
 use std::path::Path;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
+use sonel_echogram::Response;
+use sonel_map::hexadecimal;
+use sonel_scene::Scene;
 
 use crate::input;
 
@@ -34,4 +37,27 @@ pub fn kind(path: &Path) -> anyhow::Result<Option<Artifact>> {
         start if start.starts_with(ARCHIVE_MAGIC) => Some(Artifact::Response),
         _ => None,
     })
+}
+
+/// Checks that the first of the named `responses` was rendered from a map of `scene`, and warns of others that were not.
+///
+/// # Errors
+/// When the first was not, or the warning cannot be given.
+pub fn check_scene<'a>(
+    responses: impl IntoIterator<Item = (&'a str, &'a Response)>,
+    scene: &Scene,
+    warn: &mut dyn FnMut(&str) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    let digests = [("scene_digest", scene.digest), ("mesh_digest", scene.mesh_digest)];
+    let is_of_scene = |response: &Response| {
+        digests.iter().all(|(key, digest)| response.metadata[*key] == hexadecimal(digest))
+    };
+    for (number, (name, response)) in responses.into_iter().enumerate() {
+        match number {
+            _ if is_of_scene(response) => {}
+            0 => bail!("{name} is of another scene than the map: give the map that it was rendered from"),
+            _ => warn(&format!("warning: {name} is of another scene than the map"))?,
+        }
+    }
+    Ok(())
 }

@@ -200,7 +200,11 @@ async function follow() {
       bar.setAttribute("aria-label", "progress of the trace");
       byId("job").replaceChildren("Tracing the scene … ", bar);
     }
-    if (state.failure) say(state.failure, true);
+    if (state.failure !== shown.failure) {
+      shown.failure = state.failure;
+      if (state.failure) say(state.failure, true);
+      shown.tracedChanges = null;
+    }
     if (state.maps !== shown.maps) {
       shown.maps = state.maps;
       shown.steps = state.map.steps;
@@ -227,8 +231,9 @@ async function follow() {
 
 async function trace(sources) {
   try {
-    await server.ask("trace", { sources, changes: shown.changes });
-    shown.tracedChanges = shown.changes;
+    const { changes } = shown;
+    await server.ask("trace", { sources, changes });
+    [shown.failure, shown.tracedChanges] = [null, changes];
     byId("retrace").hidden = true;
   } catch (error) { say(error.message, true); }
 }
@@ -300,7 +305,7 @@ function maps() {
     painting.wish({ height: Number(byId("height").value), spacing: Number(byId("spacing").value), source: shown.source, changes: shown.changes });
   };
   parameter.onchange = band.onchange = paint;
-  byId("unpaint").onclick = () => { painting.number++; shown.map = null; view.unpaint(); byId("unpaint").hidden = true; say(""); };
+  byId("unpaint").onclick = () => { painting.number++; shown.map = null; view.unpaint(); byId("unpaint").hidden = true; byId("mapped").replaceChildren(); say(""); };
 }
 
 function paint() {
@@ -316,7 +321,8 @@ function paint() {
   scale.id = "scale";
   scale.style.background = `linear-gradient(to right, ${RAMP.map((color) => `rgb(${color})`).join(",")})`;
   const digits = decimals(noticeable);
-  byId("job").replaceChildren(`${symbol} [${unit || "1"}] ${range[0].toFixed(digits)}`, scale,
+  say("");
+  byId("mapped").replaceChildren(`${symbol} [${unit || "1"}] ${range[0].toFixed(digits)}`, scale,
     `${range[1].toFixed(digits)}: ${((range[1] - range[0]) / noticeable).toFixed(1)} JND over ${values.length} places. Point at one for its interval. ${shown.map.note ?? ""}`);
 }
 

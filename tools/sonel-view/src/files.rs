@@ -7,7 +7,6 @@ use sonel::{Map, RenderOptions, Response, Scene, TraceOptions};
 use sonel_console::artifact::{self, Artifact};
 use sonel_console::follower::Follower;
 use sonel_console::spelled;
-use sonel_map::hexadecimal;
 
 use crate::page::Subject;
 
@@ -76,7 +75,8 @@ impl Files {
             responses.push((map.sonels().header().scene.name.clone(), rendered.response));
         }
         if let Some(map) = &map {
-            check_scene(&responses, map, follower)?;
+            let named = responses.iter().map(|(name, response)| (name.as_str(), response.echograms()));
+            artifact::check_scene(named, &map.sonels().header().scene, &mut |text| follower.line(text))?;
         }
         Ok((responses.into_iter().map(|(name, response)| Subject::new(name, response)).collect(), map))
     }
@@ -86,21 +86,4 @@ fn checked(path: &Path) -> anyhow::Result<Map> {
     let map = Map::open(path).map_err(spelled)?;
     map.check().map_err(spelled)?;
     Ok(map)
-}
-
-/// Checks that the first of the named `responses` was rendered from a map of the scene of `map`, and says of others that were not.
-fn check_scene(responses: &[(String, Response)], map: &Map, follower: &Follower<'_>) -> anyhow::Result<()> {
-    let scene = &map.sonels().header().scene;
-    let digests = [("scene_digest", scene.digest), ("mesh_digest", scene.mesh_digest)];
-    let is_of_scene = |response: &Response| {
-        digests.iter().all(|(key, digest)| response.echograms().metadata[*key] == hexadecimal(digest))
-    };
-    for (number, (name, response)) in responses.iter().enumerate() {
-        match number {
-            _ if is_of_scene(response) => {}
-            0 => bail!("{name} is of another scene than the map: give the map that it was rendered from"),
-            _ => follower.line(&format!("warning: {name} is of another scene than the map"))?,
-        }
-    }
-    Ok(())
 }

@@ -14,6 +14,7 @@ use sonel_scene::Scene;
 use super::Subject;
 use crate::arguments::{Drawn, Plot};
 use crate::open;
+use sonel_console::artifact::check_scene;
 
 /// Where no map says otherwise, z is up.
 const USUAL_UP: usize = 2;
@@ -29,7 +30,7 @@ pub fn of(
     let scene = map.as_ref().map(|(map, _)| &map.header().scene);
     if let Some(scene) = scene {
         let named = subjects.iter().map(|subject| (subject.name.as_str(), &subject.response));
-        open::check_scene(named, scene, log)?;
+        check_scene(named, scene, &mut |text| Ok(writeln!(log, "{text}")?))?;
     }
     let each =
         subjects.iter().map(|subject| plan(subject, scene, arguments, log)).collect::<Result<_, _>>()?;
