@@ -1,5 +1,6 @@
 //! Echogram and decay of a source at a receiver, a series a band.
 
+use rayon::prelude::*;
 use sonel_echogram::Response;
 
 use super::{Axis, Mark, Panel, Point, Series};
@@ -68,9 +69,9 @@ pub fn decay(response: &Response, s: usize, r: usize) -> Panel {
     }
 }
 
-fn bands(response: &Response, points: impl Fn(usize) -> Vec<Point>) -> Vec<Series> {
+fn bands(response: &Response, points: impl Fn(usize) -> Vec<Point> + Sync) -> Vec<Series> {
     let name = |b: usize| format!("{} Hz", response.center_frequency_hz[b]);
-    (0..response.bands()).map(|b| Series::new(name(b), Mark::Line, points(b))).collect()
+    (0..response.bands()).into_par_iter().map(|b| Series::new(name(b), Mark::Line, points(b))).collect()
 }
 
 pub(super) fn title(what: &str, response: &Response, s: usize, r: usize) -> String {
