@@ -1,4 +1,4 @@
-//! Known rooms from scene file to parameter, at the programs' default settings: levels, decay times and clarity with intervals
+//! Known rooms from scene file to parameter: levels, decay times and clarity with intervals
 //! that are narrow enough to mean something (docs/physics.md §8). The founding paper's room is in `accept`, `known_rooms`.
 
 use sonel_analysis::modal::ModalBands;
@@ -51,7 +51,7 @@ fn diffuse_box() {
         (Parameter::T30, 0.611, 0.006, 0.006),
         (Parameter::ClarityC80, 6.89, 0.1, 0.1),
     ];
-    check(&small_box(1.0), &[], 3, &expected);
+    check(&small_box(1.0), &["--packets", "100k"], 3, &expected);
 }
 
 #[test]
@@ -62,7 +62,34 @@ fn mixed_box() {
         (Parameter::EarlyDecayTime, 0.597, 0.006, 0.006),
         (Parameter::ClarityC80, 7.25, 0.1, 0.1),
     ];
-    check(&small_box(0.5), &[], 3, &expected);
+    check(&small_box(0.5), &["--packets", "100k"], 3, &expected);
+}
+
+/// Half a just-noticeable difference of each parameter, and a fifth more: half-widths of 32 batches err by 13 %.
+#[test]
+fn a_run_takes_as_many_packets_as_are_enough() {
+    let folder = small_box(0.5);
+    let halves = [(Parameter::Strength, 0.6), (Parameter::T30, 0.018), (Parameter::ClarityC80, 0.6)];
+    let expected = halves.map(|(parameter, widest)| {
+        let value = match parameter {
+            Parameter::T30 => 0.600_8,
+            Parameter::ClarityC80 => 7.25,
+            _ => strength(0.101_02),
+        };
+        (parameter, value, 1.5 * widest, widest)
+    });
+    check(&folder, &[], 3, &expected);
+    let traced = std::fs::read(folder.path("a.sonelmap")).unwrap();
+    let packets = sonel_map::SonelMap::from_bytes(&traced).unwrap().header().settings.emissions;
+    assert!((2000..10_000).contains(&packets), "{packets}");
+    trace(&folder, "b.sonelmap", &["--packets", &packets.to_string()]).unwrap();
+    assert!(traced == std::fs::read(folder.path("b.sonelmap")).unwrap(), "other bytes than with --packets");
+    trace(&folder, "c.sonelmap", &["--packets", "2k", "--seed", "2"]).unwrap();
+    let decision = folder.path("c.sonelmap").display().to_string();
+    let decided = ["--seed", "3", "--decision", &decision];
+    trace(&folder, "d.sonelmap", &decided).unwrap();
+    let decided = std::fs::read(folder.path("d.sonelmap")).unwrap();
+    assert_eq!(sonel_map::SonelMap::from_bytes(&decided).unwrap().header().settings.emissions, 2000);
 }
 
 /// 2000 √(0.6 s/120 m³) = 141 Hz; in ten times the volume 45 Hz.

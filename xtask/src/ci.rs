@@ -2,6 +2,7 @@
 //!
 //! A failed step does not stop the later ones: whoever reads the log learns everything that is wrong.
 
+use std::io::Write;
 use std::process::Command;
 use std::time::Instant;
 
@@ -9,7 +10,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use xtask::workspace::{self, Profile};
 
-use crate::{cluster, python_package, python_reader, tidy};
+use crate::{cluster, python_reader, tidy};
 
 /// Runs all steps; an error names those that failed.
 pub fn run() -> Result<()> {
@@ -39,7 +40,7 @@ pub fn run() -> Result<()> {
 type Step = (&'static str, fn() -> Result<()>);
 
 /// Cheapest first.
-fn steps() -> [Step; 8] {
+fn steps() -> [Step; 5] {
     [
         ("format", || succeed(workspace::cargo(&["fmt", "--all", "--check"]))),
         ("tidy", tidy::run),
@@ -54,12 +55,36 @@ fn steps() -> [Step; 8] {
             // Not among all targets, as nobody runs it by the way.
             succeed(workspace::cargo(&["test", "--workspace", "--test", "accept", "--no-run"]))
         }),
-        ("tests", || succeed(workspace::cargo(&["test", "--workspace", "--tests", "--no-fail-fast"]))),
         ("examples", examples),
-        ("python reader", python_reader::check),
-        ("python package", python_package::check),
-        ("workflow", cluster::check),
+        ("tests, Python, workflow", tests),
     ]
+}
+
+/// Runs the tests, and beside them chores that mostly wait for one core. Their output follows that of the tests.
+fn tests() -> Result<()> {
+    let chores = std::thread::spawn(|| ["python-reader", "python-package", "cluster"].map(captured));
+    let tested = succeed(workspace::cargo(&["test", "--workspace", "--tests", "--no-fail-fast"]));
+    let chores = chores.join().expect("a chore that fails is an error");
+    let failed: Vec<String> = [tested]
+        .into_iter()
+        .chain(chores)
+        .filter_map(|outcome| Some(format!("{:#}", outcome.err()?)))
+        .collect();
+    ensure!(failed.is_empty(), "{}", failed.join("\n"));
+    Ok(())
+}
+
+/// Runs a chore of this program and shows its output when it has ended.
+fn captured(chore: &str) -> Result<()> {
+    let begun = Instant::now();
+    let mut command = workspace::linting(&std::env::current_exe()?.to_string_lossy(), &[chore]);
+    let output = command.output().with_context(|| format!("cannot run {command:?}"))?;
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "── {chore}: {} in {:.1} s", output.status, begun.elapsed().as_secs_f64())?;
+    out.write_all(&output.stdout)?;
+    out.write_all(&output.stderr)?;
+    ensure!(output.status.success(), "{chore}: {}", output.status);
+    Ok(())
 }
 
 /// Runs the examples of crate sonel, each with few packets.

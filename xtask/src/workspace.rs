@@ -41,14 +41,19 @@ pub fn command(program: &str, arguments: &[&str]) -> Command {
 
 /// The cargo that runs this chore.
 pub fn cargo(arguments: &[&str]) -> Command {
-    let mut cargo = command(&std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()), arguments);
+    linting(&std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()), arguments)
+}
+
+/// A program that runs cargo, in the workspace's folder.
+pub fn linting(program: &str, arguments: &[&str]) -> Command {
+    let mut program = command(program, arguments);
     if LINTING.load(Ordering::Relaxed) {
         // What `cargo clippy` sets, for builds that are run afterwards as well.
-        cargo
+        program
             .env("RUSTC_WORKSPACE_WRAPPER", "clippy-driver")
             .env("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__");
     }
-    cargo
+    program
 }
 
 static LINTING: AtomicBool = AtomicBool::new(false);

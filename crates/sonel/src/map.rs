@@ -22,13 +22,21 @@ pub struct Map {
     /// Name in messages.
     label: String,
     geometry: OnceLock<Arc<Geometry>>,
+    /// Set when every path has been checked.
+    checked: OnceLock<()>,
     /// Preparations for renderings.
     prepared: Prepared,
 }
 
 impl Map {
     pub(crate) fn of(map: SonelMap, label: String) -> Self {
-        Self { map, label, geometry: OnceLock::new(), prepared: Prepared::default() }
+        Self {
+            map,
+            label,
+            geometry: OnceLock::new(),
+            checked: OnceLock::new(),
+            prepared: Prepared::default(),
+        }
     }
 
     /// Opens the map in a file of `sonel-trace` or [`Self::save`].
@@ -86,14 +94,19 @@ impl Map {
         Ok(Arc::clone(self.geometry.get_or_init(|| made)))
     }
 
-    /// Checks every path against its checksum and the walls.
+    /// Checks every path against its checksum and the walls, once.
     ///
     /// # Errors
     /// The first damage.
     pub fn check(&self) -> Result<()> {
+        if self.checked.get().is_some() {
+            return Ok(());
+        }
         let (named, geometry) = (|| self.label.clone(), self.walls()?);
         self.map.check_surfaces(&geometry).at(named)?;
-        self.map.check_paths(geometry.surfaces().len() as u32).at(named)
+        self.map.check_paths(geometry.surfaces().len() as u32).at(named)?;
+        self.checked.get_or_init(|| ());
+        Ok(())
     }
 
     /// Identity of the map: BLAKE3 of its header, which holds the digests of everything else, in hexadecimal digits.

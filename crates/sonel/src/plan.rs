@@ -232,7 +232,15 @@ pub(crate) fn verdict_json(names: &Names, verdict: &Verdict, targets: &Targets) 
     })
 }
 
-fn named(names: &Names, place: Place) -> Value {
+/// Adds the fields of `more` to `object`.
+pub(crate) fn extend(object: &mut Value, more: &Value) {
+    for (key, value) in more.as_object().into_iter().flatten() {
+        object[key] = value.clone();
+    }
+}
+
+/// A parameter's place, as JSON.
+pub(crate) fn named(names: &Names, place: Place) -> Value {
     json!({
         "parameter": place.parameter.key(),
         "source": names.pairs[place.row].0,

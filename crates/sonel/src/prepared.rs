@@ -1,4 +1,4 @@
-//! Preparations of a map that are kept between renderings.
+//! Designs and preparations of a map that are kept between renderings.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -6,13 +6,47 @@ use sonel_acoustics::{Directivity, Material};
 use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
 use sonel_renderer::{Preparation, RenderError, RenderSettings, Renderer};
+use sonel_scene::Source;
 
-/// Preparations that are kept, the last ones used: two, so that designs can be compared. Image sources of a hall take 50 MB.
+use crate::Result;
+
+/// Preparations and designs that are kept, the last ones used: two, so that designs can be compared. Image sources of a hall take 50 MB.
 const KEPT: usize = 2;
 
-/// Preparations of a map, the last used first.
+/// Values by what they were made for, the last used first.
+type Kept<K, V> = Mutex<Vec<(K, V)>>;
+
+/// The value that is kept for `wanted`, as the last one used.
+fn kept<K: PartialEq, V: Clone>(kept: &Kept<K, V>, wanted: &K) -> Option<V> {
+    let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+    let at = kept.iter().position(|(made_for, _)| made_for == wanted)?;
+    kept[..=at].rotate_right(1);
+    Some(kept[0].1.clone())
+}
+
+fn keep<K, V>(kept: &Kept<K, V>, made_for: K, made: V) {
+    let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+    kept.insert(0, (made_for, made));
+    kept.truncate(KEPT);
+}
+
+/// Preparations and designs of a map.
 #[derive(Default)]
-pub(crate) struct Prepared(Mutex<Vec<(For, Arc<Preparation>)>>);
+pub(crate) struct Prepared {
+    preparations: Kept<For, Arc<Preparation>>,
+    designs: Kept<(Vec<Material>, Vec<Source>), Design>,
+}
+
+/// A map with other materials or directivities, which its paths carry.
+#[derive(Clone)]
+pub(crate) struct Design {
+    /// The map; it shares its paths.
+    pub map: SonelMap,
+    /// Its walls.
+    pub geometry: Arc<Geometry>,
+    /// Why intervals are wider than those of another trace.
+    pub warnings: Vec<String>,
+}
 
 impl std::fmt::Debug for Prepared {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -35,23 +69,34 @@ impl Prepared {
         map: &'a SonelMap,
         geometry: &'a Geometry,
         settings: &RenderSettings,
-    ) -> Result<Renderer<'a>, RenderError> {
+    ) -> std::result::Result<Renderer<'a>, RenderError> {
         let scene = &map.header().scene;
         let wanted = For {
             settings: settings.clone(),
             materials: scene.materials.clone(),
             directivities: scene.sources.iter().map(|source| source.directivity.clone()).collect(),
         };
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(at) = kept.iter().position(|(made_for, _)| *made_for == wanted) {
-            kept[..=at].rotate_right(1);
-            return Ok(Renderer::resume(map, geometry, Arc::clone(&kept[0].1)));
+        if let Some(preparation) = kept(&self.preparations, &wanted) {
+            return Ok(Renderer::resume(map, geometry, preparation));
         }
-        drop(kept);
         let renderer = Renderer::new(map, geometry, settings.clone())?;
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        kept.insert(0, (wanted, renderer.preparation()));
-        kept.truncate(KEPT);
+        keep(&self.preparations, wanted, renderer.preparation());
         Ok(renderer)
+    }
+
+    /// The design with `materials` and `sources`, which `make` makes where it is not kept.
+    pub(crate) fn design(
+        &self,
+        materials: Vec<Material>,
+        sources: Vec<Source>,
+        make: impl FnOnce(Vec<Material>, Vec<Source>) -> Result<Design>,
+    ) -> Result<Design> {
+        let wanted = (materials, sources);
+        if let Some(design) = kept(&self.designs, &wanted) {
+            return Ok(design);
+        }
+        let made = make(wanted.0.clone(), wanted.1.clone())?;
+        keep(&self.designs, wanted, made.clone());
+        Ok(made)
     }
 }

@@ -214,7 +214,8 @@ def trace(
     """Traces `scene`; the map is that of sonel-trace with the options of the same names (docs/interface.md).
 
     packets: Packets per source (and band with `spectral` per-band); with `shard` of all shards, with `extend` of the
-        whole new map, with `until` the maximum (default 100k).
+        whole new map, with `until` the maximum (default enough for half-widths of half a just-noticeable difference,
+        100k at most; 100k with --shard or --mode paper; those of --decision).
     until: Add packets until the half-width of every 95 % interval meets its target, such as
         t30<1%,level<0.1dB,c80<0.2jnd; else exit code 1. The map is that of `packets` with the final number. Parameters:
         level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.

@@ -24,7 +24,8 @@ pub struct Arguments {
     /// response rendered at the receivers of its scene.
     #[arg(short, long, value_name = "PAGE.html")]
     pub output: Option<PathBuf>,
-    /// Packets of each trace of a scene, such as 20k; more take longer and give narrower intervals [default: 100000].
+    /// Packets of each trace of a scene, such as 20k; more take longer and give narrower intervals [default: those of
+    /// sonel-trace].
     #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub packets: Option<u64>,
     /// Port of the address; by default one that is free.

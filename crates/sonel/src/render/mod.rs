@@ -13,15 +13,18 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use serde_json::{Value, json};
+use sonel_acoustics::Material;
 use sonel_analysis::what_if::{Fitness, fitness};
 use sonel_geometry::Geometry;
 use sonel_map::{Mode, SonelMap};
 use sonel_renderer::{Estimator, ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_scene::Source;
 use sonel_study::plan::Plan;
 
 use crate::error::At;
 use crate::observer::{Observer, Watch, watched};
-use crate::prepared::Prepared;
+use crate::plan::extend;
+use crate::prepared::{Design, Prepared};
 use crate::response::{Response, Surroundings};
 use crate::{Error, Map, Result};
 
@@ -89,13 +92,6 @@ impl Rendered {
     #[must_use]
     pub fn seconds(&self) -> (f64, f64) {
         self.seconds[1]
-    }
-}
-
-/// Adds the fields of `more` to `object`.
-fn extend(object: &mut Value, more: &Value) {
-    for (key, value) in more.as_object().into_iter().flatten() {
-        object[key] = value.clone();
     }
 }
 
@@ -167,19 +163,32 @@ impl Map {
 
     /// The map with the materials and directivities that were asked for.
     fn changed(&self, options: &RenderOptions) -> Result<Changed<'_>> {
-        let label = || self.label().to_owned();
         let geometry = self.walls()?;
+        let of_file = self.sonels();
         if options.materials.is_none() && options.set.is_empty() {
-            return Ok(Changed { map: Cow::Borrowed(self.sonels()), geometry, warnings: Vec::new() });
+            return Ok(Changed { map: Cow::Borrowed(of_file), geometry, warnings: Vec::new() });
         }
-        let mut map = self.sonels().clone();
-        if map.header().settings.mode == Mode::Paper || options.estimator == Estimator::Paper {
+        if of_file.header().settings.mode == Mode::Paper || options.estimator == Estimator::Paper {
             return Err(Error::refused(
                 "the paper's estimator draws events anew with the materials of the map: leave `set` and `materials` out",
             ));
         }
-        let scene = &map.header().scene;
+        let scene = &of_file.header().scene;
         let (materials, sources) = change::changed(scene, options.materials.as_deref(), &options.set)?;
+        let make = |materials, sources| self.design(materials, sources, geometry);
+        let Design { map, geometry, warnings } = self.prepared().design(materials, sources, make)?;
+        Ok(Changed { map: Cow::Owned(map), geometry, warnings })
+    }
+
+    /// The map with other materials and directivities; `geometry` is that of its own scene.
+    fn design(
+        &self,
+        materials: Vec<Material>,
+        sources: Vec<Source>,
+        geometry: Arc<Geometry>,
+    ) -> Result<Design> {
+        let label = || self.label().to_owned();
+        let mut map = self.sonels().clone();
         map.require_whole().at(label)?;
         self.check()?;
         map.change(materials, sources);
@@ -194,16 +203,19 @@ impl Map {
             )));
         }
         let command = if warnings.is_empty() { String::new() } else { command() };
-        let warn = |sentence| format!("{sentence}; for narrower intervals: {command}");
+        let warnings = warnings
+            .into_iter()
+            .map(|sentence| format!("{sentence}; for narrower intervals: {command}"))
+            .collect();
         let geometry = match map.header().scene.has_faces_of(&self.sonels().header().scene) {
             true => geometry,
             false => Arc::new(map.header().scene.geometry().at(label)?),
         };
-        Ok(Changed { map: Cow::Owned(map), geometry, warnings: warnings.into_iter().map(warn).collect() })
+        Ok(Design { map, geometry, warnings })
     }
 }
 
-/// A map with other materials, its walls, and what is to be warned of.
+/// A map as it is rendered, its walls, and what is to be warned of.
 struct Changed<'a> {
     map: Cow<'a, SonelMap>,
     geometry: Arc<Geometry>,

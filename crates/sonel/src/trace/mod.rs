@@ -1,5 +1,6 @@
 //! The trace of a scene: options, plan, run.
 
+mod enough;
 mod extension;
 mod options;
 mod planner;
@@ -22,6 +23,7 @@ use sonel_tracer::{TracedChunk, Tracer};
 
 use crate::error::At;
 use crate::observer::{Observer, Severity, Watch, watched};
+use crate::plan::extend;
 use crate::store::TemporaryMaps;
 use crate::version::version;
 use crate::{Error, Map, Result, Scene, variants};
@@ -182,13 +184,17 @@ impl PreparedTrace<'_> {
             return until::until(planner, &self.header, beginning, &goal, store);
         }
         let before = watch.seconds().1;
-        let traced = trace(self.header.clone(), &self.geometry, beginning, store, watch)?;
+        let Finished { traced, mut told, .. } = if enough::decides(self.options) {
+            enough::enough(planner, &self.header, store, watch)?
+        } else {
+            let traced = trace(self.header.clone(), &self.geometry, beginning, store, watch)?;
+            Finished { traced, told: json!({}), is_reached: true }
+        };
         let seconds = watch.seconds().1 - before;
-        let mut told = json!({});
         if let Some(plan) = plan.filter(|_| self.options.shard.is_none()) {
             let comparison = until::compare_planned(planner, &plan.pilot, &traced.map, seconds, watch)?;
             watch.info(&comparison.line());
-            told = comparison.json();
+            extend(&mut told, &comparison.json());
         }
         Ok(Finished { traced, told, is_reached: true })
     }
@@ -288,6 +294,8 @@ fn begin<'a>(
     let (tool_version, shard) = (VERSION.clone(), options.shard_range());
     if let Some(map) = options.decision {
         let (effects, scene) = extension::decided(map, settings.mode, &scene)?;
+        let emissions = options.packets.unwrap_or(map.sonels().header().settings.emissions);
+        let settings = Settings { emissions, ..settings };
         return decided(MapHeader { tool_version, settings, shard, effects, scene });
     }
     let decisions = effects::decide(&asked, settings.mode, &mut scene, &geometry);

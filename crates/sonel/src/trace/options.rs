@@ -10,8 +10,9 @@ use crate::{Effects, Error, Map, Result, Variants};
 /// Options of a trace; those that are none have the default stated here.
 #[derive(Debug, Clone, Default)]
 pub struct TraceOptions<'a> {
-    /// Emissions per source, and per band with [`Spectral::PerBand`]: at least 1, by default 100 000. With `shard` those of all shards, with
-    /// `extend` those of the whole new map, with `until` the maximum.
+    /// Emissions per source, and per band with [`Spectral::PerBand`]: at least 1. By default enough for half-widths of half a just-noticeable
+    /// difference of level, T30, EDT and C80 at the evaluation receivers, 100 000 at most; with `decision` those of its map; with `shard` or
+    /// [`Mode::Paper`] 100 000. With `shard` those of all shards, with `extend` those of the whole new map, with `until` the maximum.
     pub packets: Option<u64>,
     /// Seed of every random number; by default 1.
     pub seed: Option<u64>,
@@ -31,7 +32,7 @@ pub struct TraceOptions<'a> {
     pub variants: Vec<Variants>,
     /// A map of the same scene that is continued with its own settings: the result is the map of the longer run, byte for byte.
     pub extend: Option<&'a Map>,
-    /// A map of the same scene, mode and duration whose decision about effects is used. Not with `effects` or `extend`.
+    /// A map of the same scene, mode and duration whose decision about effects is used, and its number of packets unless `packets` states one. Not with `effects` or `extend`.
     pub decision: Option<&'a Map>,
     /// Simulated effects; by default [`Effects::auto`].
     pub effects: Option<Effects>,

@@ -58,7 +58,8 @@ pub(super) fn until(
         let traced = trace(header, planner.room.geometry(), known, store, watch)?;
         trace_seconds += watch.seconds().1 - cpu;
         drop(previous);
-        let (found, figures, rendered) = evaluate(planner, &traced.map, targets, watch)?;
+        let (found, figures, rendered) =
+            evaluate(planner, &traced.map, &RenderSettings::default(), targets, watch)?;
         iterations += 1;
         watch.info(&format!("{emissions} packets: {}", verdict(&names, &found, targets)));
         let affordable = goal.seconds.map(|seconds| {
@@ -160,21 +161,16 @@ fn why_ended(verdict: &Verdict, emissions: u64, most: u64) -> &'static str {
     }
 }
 
-/// Looks at the parameters of `map`.
-fn evaluate(
+/// Looks at the parameters of `map` rendered with `settings`.
+pub(super) fn evaluate(
     planner: &Planner<'_>,
     map: &SonelMap,
+    settings: &RenderSettings,
     targets: &Targets,
     watch: Watch<'_>,
 ) -> Result<(Verdict, Vec<Reading>, Rendered)> {
-    let settings = RenderSettings::default();
-    let rendered = render_and_read(
-        map,
-        planner.room.geometry(),
-        &planner.evaluation_receivers,
-        &settings,
-        watch.clock(),
-    )?;
+    let receivers = &planner.evaluation_receivers;
+    let rendered = render_and_read(map, planner.room.geometry(), receivers, settings, watch.clock())?;
     let found = readings(&rendered.parameters, &targets.parameters());
     Ok((Verdict::new(&found, targets), found, rendered))
 }
@@ -187,7 +183,8 @@ pub(super) fn compare_planned(
     seconds: f64,
     watch: Watch<'_>,
 ) -> Result<Comparison> {
-    let (_, found, rendered) = evaluate(planner, map, &Targets::just_noticeable(1.0), watch)?;
+    let (settings, targets) = (RenderSettings::default(), Targets::just_noticeable(1.0));
+    let (_, found, rendered) = evaluate(planner, map, &settings, &targets, watch)?;
     let settings = map.header().settings;
     let effort = Effort::of_trace(settings.emissions, settings.batches);
     Ok(compared(pilot, effort, &found, seconds, &rendered, map.byte_length()))
