@@ -10,11 +10,11 @@ use std::sync::Arc;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
-use sonel::{Channels, Head, SoundOptions};
+use sonel::{Channels, Head, Microphone, SoundOptions, microphone};
 use sonel_console::output::{Kind, Output};
 use sonel_echogram::{LATERAL_KEYS, ReceiverDirectivity, Response as Echograms};
 
-use crate::convert::object;
+use crate::convert::{Receiver, object, receiver};
 use crate::error;
 use crate::work::on_all_cores;
 
@@ -87,13 +87,21 @@ impl Response {
         Some(Array::of(owner, values, shape))
     }
 
-    /// Impulse responses of all sources at all receivers: one channel, or those of ambisonics of an order, or those of a head in a SOFA file.
-    fn sound(&self, order: Option<u32>, head: Option<&[u8]>, options: SoundOptions) -> sonel::Result<Array> {
+    /// Impulse responses of all sources at all receivers: one channel, or those of ambisonics of an order, those of a head in a SOFA file, or the
+    /// microphones of an array.
+    fn sound(
+        &self,
+        order: Option<u32>,
+        head: Option<&[u8]>,
+        array: Option<&[Microphone]>,
+        options: SoundOptions,
+    ) -> sonel::Result<Array> {
         let head = head.map(|file| Head::read(file, options.sample_rate_hz)).transpose()?;
-        let channels = match (order, &head) {
-            (Some(order), _) => Channels::Ambisonics(order),
-            (None, Some(head)) => Channels::Ears(head),
-            (None, None) => Channels::Single,
+        let channels = match (order, &head, array) {
+            (Some(order), _, _) => Channels::Ambisonics(order),
+            (None, Some(head), _) => Channels::Ears(head),
+            (None, None, Some(microphones)) => Channels::Array(microphones),
+            (None, None, None) => Channels::Single,
         };
         let all = self.response.impulse_responses(channels, options)?;
         let (channels, samples) =
@@ -223,18 +231,23 @@ impl Response {
     }
 
     /// Impulse responses, [S, R, channels, samples].
-    #[pyo3(signature = (order=None, head=None, seed=None, sample_rate_hz=48_000, is_matched=false))]
+    #[pyo3(signature = (order=None, head=None, array=None, seed=None, sample_rate_hz=48_000, is_matched=false))]
     fn impulse_responses(
         &self,
         py: Python<'_>,
         order: Option<u32>,
         head: Option<Vec<u8>>,
+        array: Option<Vec<Receiver>>,
         seed: Option<u64>,
         sample_rate_hz: u32,
         is_matched: bool,
     ) -> PyResult<Array> {
         let options = SoundOptions { seed, sample_rate_hz, is_matched };
-        on_all_cores(py, || self.sound(order, head.as_deref(), options))?.map_err(error)
+        let points =
+            array.map(|points| points.into_iter().map(receiver).collect::<PyResult<Vec<_>>>()).transpose()?;
+        let array: Option<Vec<Microphone>> =
+            points.map(|points| points.into_iter().map(microphone).collect());
+        on_all_cores(py, || self.sound(order, head.as_deref(), array.as_deref(), options))?.map_err(error)
     }
 
     /// Volume of a closed room, the direction up where it is known, and the seed.

@@ -15,6 +15,7 @@ use crate::ambisonics::{Frame, channels};
 use crate::crossover::{Crossover, NARROW};
 use crate::head::{self, Head};
 use crate::matching::{Gains, Matching};
+use crate::microphones::{self, Microphone};
 use crate::plane_waves::PlaneWaves;
 use crate::pulses::Pulses;
 use crate::transform::{Spectrum, Transform, through};
@@ -79,7 +80,22 @@ impl<'a> Synthesizer<'a> {
         Ok(self.filtered(&pulses, &self.rounds(&pulses), |_| &[1.0]))
     }
 
-    /// The same in ambisonics up to `order`, at most 3, with `up` a unit vector: the left side is the lateral axis of the receiver. Channel 0 is
+    /// The same at every microphone of an array about the receiver. Late sound of a response with directions reaches them from those.
+    ///
+    /// # Errors
+    /// The errors of [`Self::impulse_response`], and those of [`microphones::check`] and [`microphones::displaced`].
+    pub fn array(&self, (s, r): (usize, usize), array: &[Microphone]) -> Result<Vec<Vec<f32>>, SoundError> {
+        microphones::check(self.response, array)?;
+        let pulses = self.pulses((s, r))?;
+        let rounds = self.rounds(&pulses);
+        let of_microphone = |microphone: &Microphone| {
+            let pulses = microphones::displaced(&pulses, microphone, self.response.speed_of_sound)?;
+            Ok(self.filtered(&pulses, &rounds, |_| &[1.0]))
+        };
+        array.iter().map(of_microphone).collect()
+    }
+
+    /// The same in ambisonics up to `order`, at most [`crate::ambisonics::MOST_ORDER`], with `up` a unit vector: the left side is the lateral axis of the receiver. Channel 0 is
     /// the impulse response itself.
     ///
     /// # Errors

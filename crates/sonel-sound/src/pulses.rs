@@ -7,7 +7,7 @@
 //! the part of the bin that it stands for: E/Δ of a bin of width Δ over the waves per second. Their signs are random, so that the
 //! expected energy of a sum is the sum of the energies, as the echogram has it.
 //!
-//! Where the response has directions, an arrival has its own, and the pulses of a bin have those of their waves, moved so that their mean is that
+//! An arrival has its direction, and the pulses of a bin have those of their waves; where the response has directions, moved so that their mean is that
 //! of the bin, over all bands ([`crate::ambisonics`]). Delays between receivers stay those of the waves: noise in the mean directions of two
 //! receivers does not take their pulses apart.
 
@@ -44,7 +44,7 @@ pub struct Pulses {
     pub listed: usize,
     /// What the others are drawn from, one for each time bin. [T]
     pub late: Vec<Late>,
-    /// Unit vector towards where each comes from, in the axes of the scene; empty where the response has no directions. [P]
+    /// Unit vector towards where each comes from, in the axes of the scene; of late sound of a response without directions that of its wave. [P]
     pub direction: Vec<DVec3>,
 }
 
@@ -104,9 +104,8 @@ impl Pulses {
             let share = 1.0 / (density * (end - begin));
             self.time.push(time);
             self.amplitude.extend(squared.iter().map(|squared| sign * (squared * share).sqrt()));
-            if let Some(moment) = moment.get(bin) {
-                self.direction.push(ambisonics::moved(towards, PRESSURE_OF_FLUENCE * *moment / all));
-            }
+            let moment = moment.get(bin).map(|moment| PRESSURE_OF_FLUENCE * *moment / all);
+            self.direction.push(moment.map_or(towards, |mean| ambisonics::moved(towards, mean)));
         }
     }
 
@@ -133,10 +132,10 @@ impl Pulses {
             self.time.push(time);
             // A pulse of amplitude a has the spectrum a² at all frequencies, so that its band mean is 4πF whatever the width of the band.
             self.amplitude.extend(energy.iter().map(|energy| (PRESSURE_OF_FLUENCE * energy).sqrt()));
+            let direction = DVec3::from_slice(&arrivals.direction[3 * a..]);
+            self.direction.push(direction);
             if let Some(moment) = moment.get_mut(bin) {
-                let direction = DVec3::from_slice(&arrivals.direction[3 * a..]);
                 *moment -= direction * energy.iter().sum::<f64>();
-                self.direction.push(direction);
             }
         }
         Ok(())

@@ -2,20 +2,22 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use sonel_sound::{Head, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ, SoundSettings, Synthesizer};
+use sonel_sound::{Head, Microphone, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ, SoundSettings, Synthesizer};
 
 use crate::response::Surroundings;
-use crate::{Error, Response, Result};
+use crate::{Error, ReceiverPoint, Response, Result};
 
 /// Channels of an impulse response.
 #[derive(Debug, Clone, Copy)]
 pub enum Channels<'a> {
     /// Pressure at the receiver.
     Single,
-    /// Ambisonics of an order 1 … 3: ACN, SN3D. The response needs directions.
+    /// Ambisonics of an order 1 … 7: ACN, SN3D. The response needs directions.
     Ambisonics(u32),
     /// Left and right ear of a head. The response needs directions.
     Ears(&'a Head),
+    /// Microphones about each receiver. Directional ones need directions.
+    Array(&'a [Microphone]),
 }
 
 /// How impulse responses are made.
@@ -35,12 +37,18 @@ impl Default for SoundOptions {
     }
 }
 
+/// The microphone of a point relative to a receiver [m], in the axes of the scene.
+#[must_use]
+pub fn microphone(ReceiverPoint { name, position, sensitivity }: ReceiverPoint) -> Microphone {
+    Microphone { name, position, pattern: sensitivity.pattern, aim: sensitivity.aim }
+}
+
 impl Response {
     /// Impulse responses of all sources at all receivers, [S × R, channels, samples]: pressure synthesised from the energies. Direct
     /// sound is 1/r, sample 0 is the emission.
     ///
     /// # Errors
-    /// When the sample rate is out of range. Where channels need directions: when the response was read from a file or has none.
+    /// When the sample rate is out of range. When a microphone cannot be where it is. Where channels need directions: when the response was read from a file or has none.
     pub fn impulse_responses(
         &self,
         channels: Channels<'_>,
@@ -54,7 +62,7 @@ impl Response {
             )));
         }
         let up = match (channels, up) {
-            (Channels::Single, _) => DVec3::Z,
+            (Channels::Single | Channels::Array(_), _) => DVec3::Z,
             (_, Some(up)) => up,
             (_, None) => {
                 return Err(Error::refused(
@@ -70,6 +78,7 @@ impl Response {
         let of_pair = |pair: (usize, usize)| match channels {
             Channels::Ambisonics(order) => synthesizer.ambisonics(pair, order, up),
             Channels::Ears(head) => synthesizer.binaural(pair, head, up),
+            Channels::Array(microphones) => synthesizer.array(pair, microphones),
             Channels::Single => Ok(vec![synthesizer.impulse_response(pair.0, pair.1)?]),
         };
         Ok(pairs.into_par_iter().map(of_pair).collect::<Result<_, _>>()?)

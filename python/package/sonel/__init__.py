@@ -499,31 +499,37 @@ class Response:
         *,
         ambix: int | None = None,
         hrtf: _Path | None = None,
+        array: _Points | None = None,
         seed: int | None = None,
         sample_rate: int = 48_000,
         match: bool = False,
     ) -> NDArray[np.float32]:
         """Pressure impulse responses, shape [S, R, C, N]: the samples of `sonel-render --wav` (docs/formats/sound.md).
 
-        ambix: order 1, 2 or 3: C = (order + 1)² channels in ACN order with SN3D (AmbiX), for a response with directions.
+        ambix: order 1 … 7: C = (order + 1)² channels in ACN order with SN3D (AmbiX), for a response with directions.
         hrtf: a SOFA file of the convention SimpleFreeFieldHRIR: C = 2, left and right ear, for a response with directions.
+        array: microphones about each receiver: positions relative to it in the axes of the scene [m], at most 1 m away, shape [M, 3], or a
+            mapping as for `Map.render`, such as {"left": {"position": [0, 0.05, 0], "directivity": "cardioid", "aim": [0, 1, 0]}}: C = M, in
+            their order, from one rendering. Directional ones need a response with directions; late sound has them where the response has.
         seed: of the waves of late sound (default that of the rendering).
         sample_rate: samples per second, 8000 to 192000. Responses are made at this rate; do not convert them like recordings.
         match: scale every band each 10 ms to the energies of the response: T30 and levels of one impulse response are then those of the
             response, not of the mean of many seeds alone. Direct sound is scaled too.
-        Without `ambix` and `hrtf` C is 1. `ambix` and `hrtf` need a response of `Map.render`: a file does not state which direction is up.
+        Without `ambix`, `hrtf` and `array` C is 1. `ambix` and `hrtf` need a response of `Map.render`: a file does not state which direction is up.
         """
-        if ambix is not None and hrtf is not None:
-            raise Error("ambix and hrtf exclude each other: ask for one after the other")
-        if ambix is not None and ambix not in (1, 2, 3):
-            raise Error(f"ambix is {ambix}: give the order 1, 2 or 3")
+        given = [name for name, value in (("ambix", ambix), ("hrtf", hrtf), ("array", array)) if value is not None]
+        if len(given) > 1:
+            raise Error(f"{given[0]} and {given[1]} exclude each other: ask for one after the other")
+        if ambix is not None and ambix not in range(1, 8):
+            raise Error(f"ambix is {ambix}: give an order from 1 to 7")
         if not 8000 <= sample_rate <= 192_000:
             raise Error(f"sample_rate is {sample_rate}: give 8000 to 192000 Hz")
         try:
             head = None if hrtf is None else Path(hrtf).read_bytes()
         except OSError as problem:
             raise Error(f"cannot read {os.fspath(hrtf or '')}: {problem.strerror}") from None
-        return np.asarray(self._inner.impulse_responses(ambix, head, seed, sample_rate, match))
+        microphones = None if array is None else [_receiver(**point) for point in _points(array, "microphone")]
+        return np.asarray(self._inner.impulse_responses(ambix, head, microphones, seed, sample_rate, match))
 
     def to_sofa(
         self,
@@ -531,6 +537,7 @@ class Response:
         *,
         ambix: int | None = None,
         hrtf: _Path | None = None,
+        array: _Points | None = None,
         seed: int | None = None,
         sample_rate: int = 48_000,
         match: bool = False,
@@ -541,7 +548,9 @@ class Response:
         """
         from . import _sofa
 
-        _sofa.write(self, Path(path), ambix=ambix, hrtf=hrtf, seed=seed, sample_rate=sample_rate, match=match)
+        options = {"hrtf": hrtf, "seed": seed, "match": match}
+        microphones = None if array is None else _points(array, "microphone")
+        _sofa.write(self, Path(path), ambix=ambix, array=array, microphones=microphones, sample_rate=sample_rate, **options)
 
     def parameter_report(self) -> dict[str, Any]:
         """Every parameter with its interval, warnings and reasons: what `sonel-analyze parameters --format json` prints."""

@@ -84,6 +84,7 @@ class Response:
         self,
         order: int | None = None,
         head: bytes | None = None,
+        array: list[_Receiver] | None = None,
         seed: int | None = None,
         sample_rate_hz: int = 48_000,
         is_matched: bool = False,

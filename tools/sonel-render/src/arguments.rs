@@ -40,13 +40,17 @@ pub struct Arguments {
     /// response, not of the mean of many seeds alone. Direct sound is scaled too.
     #[arg(long, requires = "wav")]
     pub wav_match: bool,
-    /// Also write ambisonics of order 1, 2 or 3 (ACN, SN3D: AmbiX) as NAME_ambix3.wav; implies --directions, needs --wav.
+    /// Also write ambisonics of an order from 1 to 7 (ACN, SN3D: AmbiX) as NAME_ambix3.wav; implies --directions, needs --wav.
     #[arg(long, value_name = "ORDER", requires = "wav", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_ORDER)), allow_negative_numbers = true)]
     pub ambix: Option<u32>,
     /// Also write binaural responses as NAME_binaural.wav, with the HRTF of FILE.sofa (SimpleFreeFieldHRIR). The head looks
     /// along the receiver's aim, by default towards the first source. Implies --directions, needs --wav.
     #[arg(long, value_name = "FILE.sofa", requires = "wav")]
     pub hrtf: Option<PathBuf>,
+    /// Also write the channels of a microphone array about each receiver as NAME_array.wav: the file is one of --receivers, its
+    /// positions are relative to the receiver, in scene axes, within 1 m. Implies --directions, needs --wav.
+    #[arg(long, value_name = "FILE", requires = "wav")]
+    pub array: Option<PathBuf>,
     /// Receiver position in scene axes [m], with directivity and aim NAME=x,y,z,cardioid,x,y,z; repeatable [default: of the
     /// scene].
     #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
@@ -152,7 +156,10 @@ impl Arguments {
             rays: self.rays,
             seed: self.seed,
             air: if self.no_air { Air::None } else { Air::State { temperature, humidity } },
-            directions: self.directions || self.ambix.is_some() || self.hrtf.is_some(),
+            directions: self.directions
+                || self.ambix.is_some()
+                || self.hrtf.is_some()
+                || self.array.is_some(),
             materials: self.materials.clone(),
             set: self.set.clone(),
             grid: self.grid.clone(),

@@ -96,6 +96,7 @@ fn inputs(arguments: &Arguments) -> Vec<PathBuf> {
         .chain(&arguments.receivers_file)
         .chain(&arguments.materials)
         .chain(&arguments.hrtf)
+        .chain(&arguments.array)
         .cloned()
         .chain(arguments.set.iter().filter_map(Change::file))
         .collect()

@@ -10,9 +10,10 @@ use sonel::ReceiverPoint;
 use sonel_console::input;
 use sonel_console::output::{Complete, Kind, Output};
 use sonel_scene::Scene;
-use sonel_sound::{Head, Recording, SoundError, Synthesizer};
+use sonel_sound::{Head, Microphone, Recording, SoundError, Synthesizer};
 
 use crate::arguments::Arguments;
+use crate::receivers;
 
 /// The files of a folder: impulse responses of every source and receiver, and what is written beside those at single points.
 pub struct SoundFiles<'a> {
@@ -25,6 +26,8 @@ pub struct SoundFiles<'a> {
     ambix: Option<u32>,
     /// Ears.
     head: Option<Head>,
+    /// Microphones about each receiver.
+    array: Option<Vec<Microphone>>,
     /// Samples per second.
     sample_rate_hz: u32,
     /// Files that are read.
@@ -65,6 +68,7 @@ impl<'a> SoundFiles<'a> {
             receivers: numbered(receivers.iter().map(|receiver| receiver.name.as_str())),
             ambix: arguments.ambix,
             head: arguments.hrtf.as_ref().map(read).transpose()?,
+            array: arguments.array.as_deref().map(microphones).transpose()?,
             sample_rate_hz: arguments.wav_rate,
             inputs,
         };
@@ -101,7 +105,8 @@ impl<'a> SoundFiles<'a> {
     fn ends(&self) -> Vec<String> {
         let ambix = self.ambix.map(|order| format!("_ambix{order}"));
         let binaural = self.head.as_ref().map(|_| BINAURAL.to_owned());
-        std::iter::once(String::new()).chain(ambix).chain(binaural).collect()
+        let array = self.array.as_ref().map(|_| ARRAY.to_owned());
+        std::iter::once(String::new()).chain(ambix).chain(binaural).chain(array).collect()
     }
 
     /// Channels of a pair in the order of [`Self::ends`].
@@ -113,8 +118,9 @@ impl<'a> SoundFiles<'a> {
     ) -> Result<Vec<Vec<Vec<f32>>>, SoundError> {
         let ambix = self.ambix.map(|order| synthesizer.ambisonics(pair, order, up)).transpose()?;
         let binaural = self.head.as_ref().map(|head| synthesizer.binaural(pair, head, up)).transpose()?;
+        let array = self.array.as_ref().map(|array| synthesizer.array(pair, array)).transpose()?;
         let single = vec![synthesizer.impulse_response(pair.0, pair.1)?];
-        Ok(std::iter::once(single).chain(ambix).chain(binaural).collect())
+        Ok(std::iter::once(single).chain(ambix).chain(binaural).chain(array).collect())
     }
 
     /// Completes the files of all impulse responses; `up` is up for those with directions.
@@ -141,6 +147,13 @@ impl<'a> SoundFiles<'a> {
 
 /// What the names of files with two ears end with.
 const BINAURAL: &str = "_binaural";
+/// What the names of files of arrays end with.
+const ARRAY: &str = "_array";
+
+/// The microphones in a file of receivers.
+fn microphones(path: &Path) -> anyhow::Result<Vec<Microphone>> {
+    Ok(receivers::read_file(path)?.into_iter().map(sonel::microphone).collect())
+}
 
 #[cfg(test)]
 mod tests {
