@@ -29,7 +29,7 @@ mod _sonel {
     #[pymodule_export]
     use super::map::{Map, trace};
     #[pymodule_export]
-    use super::response::{Array, Response};
+    use super::response::{Array, Response, places};
     #[pymodule_export]
     use super::scene::Scene;
 }

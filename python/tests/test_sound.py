@@ -238,6 +238,37 @@ def test_arrays_are_those_of_the_program(room, response, tmp_path):
     np.testing.assert_array_equal(samples.T, response.impulse_responses(array=ARRAY)[0, 1])
 
 
+def test_a_walk_is_that_of_the_program_and_shifts_a_tone(tmp_path):
+    """In a room that absorbs nearly everything: towards the source at 5 m/s a tone of 1 kHz rises by 14.6 Hz."""
+    scene = sonel.Scene.shoebox([20, 6, 4], 0.99, sources=[1, 3, 2], duration_s=0.2)
+    room = sonel.trace(scene, packets=100)
+    rate, speed = 16_000, 5.0
+    path = [[1.0, 9.0, 3.0, 2.0], [2.0, 9.0 - speed, 3.0, 2.0]]
+    signal = np.sin(2 * np.pi * 1000 * np.arange(rate) / rate).astype(np.float32)
+    walked = room.walk(path, signal, sample_rate=rate)
+    assert walked.shape == (1, 1, len(signal) + round(0.2 * rate))
+    steady = walked[0, 0, 2000:15_000].astype(float)
+    spectrum = np.abs(np.fft.rfft(steady * np.hanning(len(steady)), 1 << 20))
+    assert np.argmax(spectrum) * rate / (1 << 20) == pytest.approx(1000 * (1 + speed / room.render([9, 3, 2]).speed_of_sound), abs=0.3)
+    room.save(tmp_path / "room.sonelmap")
+    (tmp_path / "walk.csv").write_text("time,x,y,z\n" + "".join(",".join(map(str, row)) + "\n" for row in path))
+    scipy.io.wavfile.write(tmp_path / "dry.wav", rate, signal)
+    options = ["--path", tmp_path / "walk.csv", "--recording", tmp_path / "dry.wav", "--wav", tmp_path / "wav", "--wav-rate", rate]
+    run("sonel-render", tmp_path / "room.sonelmap", "-o", tmp_path / "room.npz", "--quiet", *options, "--ambix", 1)
+    _, samples = scipy.io.wavfile.read(tmp_path / "wav/1-source 1_walk_ambix1.wav")
+    np.testing.assert_array_equal(samples.T, room.walk(path, signal, sample_rate=rate, ambix=1)[0])
+    for bad, message in [
+        ({"path": [[0, 1, 2]]}, "path has the shape"),
+        ({"path": [[0, 9, 3, 2], [0, 8, 3, 2]]}, "point 2 has the time 0 s after 0 s"),
+        ({"path": [[0, 30, 3, 2]]}, "outside"),
+        ({"signal": np.ones((2, 9))}, "signal has the shape"),
+        ({"spacing": 0}, "`spacing` is 0 m"),
+        ({"hrtf": "head.sofa"}, "hrtf"),
+    ]:
+        with pytest.raises((sonel.Error, TypeError), match=message):
+            room.walk(**{"path": path, "signal": signal, **bad})
+
+
 def iacc(left, right, octave):
     """IACC of annex B by definition: octave by a Butterworth band pass of pyfar, sums over the samples."""
     edges = (octave / np.sqrt(2), octave * np.sqrt(2))

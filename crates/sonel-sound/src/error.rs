@@ -53,6 +53,30 @@ pub enum SoundError {
     /// The file is no WAV file, a damaged one, or of a coding that is not read.
     #[error("this is not a WAV file of integer or float samples, or it is damaged: {0}")]
     Wav(hound::Error),
+    /// A path that nobody can go.
+    #[error("point {number} {problem}")]
+    Path {
+        /// Number of the waypoint, from 1.
+        number: usize,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A path through a source.
+    #[error(
+        "{time_s:.3} s after the beginning of the path the listener is less than 1 cm from a source: lead the path around it"
+    )]
+    ThroughSource {
+        /// Time since its beginning [s].
+        time_s: f64,
+    },
+    /// A response of other places than those of a path.
+    #[error("the response has {found} receivers, the path has {expected} places: render it at these")]
+    Places {
+        /// Receivers.
+        found: usize,
+        /// Places.
+        expected: usize,
+    },
     /// A file that WAV cannot hold.
     #[error(
         "the sound has {bytes} bytes, a WAV file holds less than 4 GiB: make fewer channels or a lower sample rate"

@@ -120,7 +120,7 @@ impl Matching {
         for (time, amplitude) in listed {
             place[sample(*time)] += amplitude[band] * amplitude[band];
         }
-        for Late { begin, end, squared } in &pulses.late {
+        for Late { begin, end, squared, .. } in &pulses.late {
             let samples = sample(*begin)..sample(*end).max(sample(*begin) + 1).min(last + 1);
             let share = squared[band] / samples.len() as f64;
             place[samples].iter_mut().for_each(|sum| *sum += share);

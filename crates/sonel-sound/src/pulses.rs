@@ -14,7 +14,7 @@
 use glam::DVec3;
 use sonel_echogram::Response;
 
-use crate::plane_waves::{PlaneWave, PlaneWaves, SPARSEST};
+use crate::plane_waves::{PlaneWave, SPARSEST};
 use crate::{SoundError, ambisonics};
 
 /// Squared amplitude of a pulse for a fluence of 1/m²: 4π, so that direct sound is 1/r.
@@ -31,6 +31,8 @@ pub struct Late {
     pub end: f64,
     /// Sum of squared amplitudes in every band. [B]
     pub squared: Vec<f64>,
+    /// Sum of squared amplitudes times their directions, over all bands; zero where the response has no directions.
+    pub moment: DVec3,
 }
 
 /// Pulses of one source at one receiver.
@@ -49,11 +51,28 @@ pub struct Pulses {
 }
 
 impl Pulses {
-    /// Pulses of source `s` at receiver `r`, whose late sound comes with these `waves`.
+    /// Pulses of source `s` at receiver `r`, whose late sound comes with these `waves`, all that reach it.
     ///
     /// # Errors
     /// When listed arrivals are not part of the echogram.
-    pub fn new(response: &Response, (s, r): (usize, usize), waves: PlaneWaves) -> Result<Self, SoundError> {
+    pub fn new(response: &Response, (s, r): (usize, usize), waves: &[PlaneWave]) -> Result<Self, SoundError> {
+        let mut pulses = Self::of_arrivals(response, (s, r))?;
+        let late = std::mem::take(&mut pulses.late);
+        pulses.add_waves(
+            response,
+            s,
+            (DVec3::from_array(response.receiver_positions[r]), &[(1.0, &late)]),
+            waves,
+        );
+        pulses.late = late;
+        Ok(pulses)
+    }
+
+    /// The listed arrivals alone, with the late sound that waves are to be drawn from.
+    ///
+    /// # Errors
+    /// When listed arrivals are not part of the echogram.
+    pub(crate) fn of_arrivals(response: &Response, (s, r): (usize, usize)) -> Result<Self, SoundError> {
         let mut pulses = Self::default();
         let echograms: Vec<&[f64]> =
             (0..response.bands()).map(|band| response.echogram(s, r, band)).collect();
@@ -71,41 +90,48 @@ impl Pulses {
             let (begin, end) = (edges[0], edges[1]);
             // Nothing is scattered to the receiver before its direct sound, behind which a wave has to fit.
             let begin = if direct < end { begin.max(direct.min(end - 1.0 / SPARSEST)) } else { begin };
-            Late { begin, end, squared: rest.iter().map(|band| PRESSURE_OF_FLUENCE * band[bin]).collect() }
+            let squared = rest.iter().map(|band| PRESSURE_OF_FLUENCE * band[bin]).collect();
+            Late {
+                begin,
+                end,
+                squared,
+                moment: moment.get(bin).map_or(DVec3::ZERO, |moment| PRESSURE_OF_FLUENCE * *moment),
+            }
         };
         pulses.late = response.time_edges_s.windows(2).enumerate().map(late).collect();
-        pulses.add_waves(response, (s, r), &moment, waves);
         Ok(pulses)
     }
 
-    /// Adds the waves of late sound, whose bins have these moments.
-    fn add_waves(
+    /// Adds the waves of source `s` at a place, whose energies are the weighted sum of those of one or more receivers.
+    pub(crate) fn add_waves(
         &mut self,
         response: &Response,
-        (s, r): (usize, usize),
-        moment: &[DVec3],
-        waves: PlaneWaves,
+        s: usize,
+        (place, late): (DVec3, &[(f64, &[Late])]),
+        waves: &[PlaneWave],
     ) {
         let edges = &response.time_edges_s;
-        let [source, receiver] =
-            [response.source_positions[s], response.receiver_positions[r]].map(DVec3::from_array);
-        let offset = (receiver - source) / response.speed_of_sound;
-        let (first, last) = (edges.first().copied().unwrap_or(0.0), edges.last().copied().unwrap_or(0.0));
-        for PlaneWave { time, towards, sign, density } in
-            waves.between(first - offset.length(), last + offset.length())
-        {
+        let offset = (place - DVec3::from_array(response.source_positions[s])) / response.speed_of_sound;
+        let mut squared = vec![0.0; response.bands()];
+        for &PlaneWave { time, towards, sign, density } in waves {
             let time = time - towards.dot(offset);
             let Some(bin) = edges.partition_point(|edge| *edge <= time).checked_sub(1) else { continue };
-            let Some(Late { begin, end, squared }) = self.late.get(bin) else { continue };
+            squared.fill(0.0);
+            let mut moment = DVec3::ZERO;
+            for (weight, late) in late {
+                let Some(late) = late.get(bin).filter(|late| time >= late.begin) else { continue };
+                let share = weight / (density * (late.end - late.begin));
+                squared.iter_mut().zip(&late.squared).for_each(|(sum, squared)| *sum += share * squared);
+                moment += share * late.moment;
+            }
             let all: f64 = squared.iter().sum();
-            if time < *begin || all <= 0.0 {
+            if all <= 0.0 {
                 continue;
             }
-            let share = 1.0 / (density * (end - begin));
             self.time.push(time);
-            self.amplitude.extend(squared.iter().map(|squared| sign * (squared * share).sqrt()));
-            let moment = moment.get(bin).map(|moment| PRESSURE_OF_FLUENCE * *moment / all);
-            self.direction.push(moment.map_or(towards, |mean| ambisonics::moved(towards, mean)));
+            self.amplitude.extend(squared.iter().map(|squared| sign * squared.sqrt()));
+            let is_even = moment == DVec3::ZERO;
+            self.direction.push(if is_even { towards } else { ambisonics::moved(towards, moment / all) });
         }
     }
 

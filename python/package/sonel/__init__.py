@@ -368,6 +368,47 @@ class Map:
         for batches in self._inner.refinement_steps:
             yield self.render(receivers, batches=batches, **options)
 
+    def walk(
+        self,
+        path: ArrayLike,
+        signal: ArrayLike,
+        *,
+        sample_rate: int = 48_000,
+        spacing: float = 0.25,
+        ambix: int | None = None,
+        array: _Points | None = None,
+        seed: int | None = None,
+        **options: Any,
+    ) -> NDArray[np.float32]:
+        """What a moving listener hears of a signal, shape [S, C, N]: the samples of `sonel-render --path` (docs/formats/sound.md).
+
+        path: times [s] and positions [m] of the listener, rows of t, x, y, z, shape [P, 4]; straight lines between them, at most 100 m/s. The
+            listener stays at the last one.
+        signal: what every source sends from the first time on, shape [n]; N is n and the length of the echogram together.
+        sample_rate: samples per second of signal and result, 8000 to 192000.
+        spacing: longest distance between the places that are rendered [m], 0.01 to 10. Delays of direct sound and listed reflections are
+            exact at every sample whatever it is, so that tones are shifted by 1 + v/c.
+        ambix, array: as for `impulse_responses`, in the axes of the scene, which do not turn: front is x.
+        seed: of the waves of late sound (default that of the rendering).
+        options: those of `render` but `grid`; `ambix` and directional microphones render directions.
+        """
+        try:
+            points = np.asarray(path, dtype=float)
+            samples = np.asarray(signal, dtype="<f8")
+        except (TypeError, ValueError) as problem:
+            raise Error(f"path and signal are numbers: {problem}") from None
+        if points.ndim != 2 or points.shape[1] != 4:
+            raise Error(f"path has the shape {list(points.shape)}: give rows of t, x, y, z, shape [P, 4]")
+        if samples.ndim != 1 or not np.all(np.isfinite(samples)):
+            raise Error(f"signal has the shape {list(samples.shape)}: give the finite samples of one channel, shape [n]")
+        channels = _channels(sample_rate, ambix=ambix, array=array)
+        if ambix is not None or array is not None:
+            options.setdefault("directions", True)
+        response = self.render(dict(_sonel.places(points.tolist(), spacing)), **options)
+        order, _, microphones = channels
+        walked = response._inner.walk((points.tolist(), spacing), samples.tobytes(), (order, microphones), seed, sample_rate)
+        return np.asarray(walked)
+
     def __reduce__(self) -> tuple[Any, ...]:
         """For other processes: the path of a map that was loaded. A temporary map has none: save it, and load it there."""
         if self._inner.path is None:
@@ -517,19 +558,8 @@ class Response:
             response, not of the mean of many seeds alone. Direct sound is scaled too.
         Without `ambix`, `hrtf` and `array` C is 1. `ambix` and `hrtf` need a response of `Map.render`: a file does not state which direction is up.
         """
-        given = [name for name, value in (("ambix", ambix), ("hrtf", hrtf), ("array", array)) if value is not None]
-        if len(given) > 1:
-            raise Error(f"{given[0]} and {given[1]} exclude each other: ask for one after the other")
-        if ambix is not None and ambix not in range(1, 8):
-            raise Error(f"ambix is {ambix}: give an order from 1 to 7")
-        if not 8000 <= sample_rate <= 192_000:
-            raise Error(f"sample_rate is {sample_rate}: give 8000 to 192000 Hz")
-        try:
-            head = None if hrtf is None else Path(hrtf).read_bytes()
-        except OSError as problem:
-            raise Error(f"cannot read {os.fspath(hrtf or '')}: {problem.strerror}") from None
-        microphones = None if array is None else [_receiver(**point) for point in _points(array, "microphone")]
-        return np.asarray(self._inner.impulse_responses(ambix, head, microphones, seed, sample_rate, match))
+        channels = _channels(sample_rate, ambix=ambix, hrtf=hrtf, array=array)
+        return np.asarray(self._inner.impulse_responses(channels, seed, sample_rate, match))
 
     def to_sofa(
         self,
@@ -591,6 +621,24 @@ class Response:
     def __repr__(self) -> str:
         s, r, b, t = self.energy.shape
         return f"<sonel.Response: {s} sources, {r} receivers, {b} bands, {t} time bins>"
+
+
+def _channels(
+    sample_rate: int, *, ambix: int | None = None, hrtf: _Path | None = None, array: _Points | None = None
+) -> tuple[int | None, bytes | None, list[_sonel.Receiver] | None]:
+    """Order, bytes of the SOFA file and microphones, at most one of which is given."""
+    given = [name for name, value in (("ambix", ambix), ("hrtf", hrtf), ("array", array)) if value is not None]
+    if len(given) > 1:
+        raise Error(f"{given[0]} and {given[1]} exclude each other: ask for one after the other")
+    if ambix is not None and ambix not in range(1, 8):
+        raise Error(f"ambix is {ambix}: give an order from 1 to 7")
+    if not 8000 <= sample_rate <= 192_000:
+        raise Error(f"sample_rate is {sample_rate}: give 8000 to 192000 Hz")
+    try:
+        head = None if hrtf is None else Path(hrtf).read_bytes()
+    except OSError as problem:
+        raise Error(f"cannot read {os.fspath(hrtf or '')}: {problem.strerror}") from None
+    return ambix, head, None if array is None else [_receiver(**point) for point in _points(array, "microphone")]
 
 
 def _value(parameter: Mapping[str, Any] | None) -> tuple[float, float, float]:

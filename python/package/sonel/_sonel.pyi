@@ -12,7 +12,7 @@ Polygons = tuple[bytes, bytes, bytes, bytes, list[str]]
 _Log = Callable[[int, str], object]
 _Progress = Callable[[str, float], object] | None
 _Place = tuple[str, list[float]]
-_Receiver = tuple[str, list[float], str, list[float] | None]
+Receiver = tuple[str, list[float], str, list[float] | None]
 _Report = dict[str, Any]
 
 class Scene:
@@ -46,7 +46,7 @@ class Map:
     def save(self, path: str | PathLike[str]) -> None: ...
     def render(
         self,
-        receivers: list[_Receiver],
+        receivers: list[Receiver],
         log: _Log,
         threads: int | None = None,
         progress: _Progress = None,
@@ -82,12 +82,18 @@ class Response:
     def parameters(self) -> _Report: ...
     def impulse_responses(
         self,
-        order: int | None = None,
-        head: bytes | None = None,
-        array: list[_Receiver] | None = None,
+        channels: tuple[int | None, bytes | None, list[Receiver] | None] = ...,
         seed: int | None = None,
         sample_rate_hz: int = 48_000,
         is_matched: bool = False,
+    ) -> Array: ...
+    def walk(
+        self,
+        route: tuple[list[list[float]], float],
+        signal: bytes,
+        channels: tuple[int | None, list[Receiver] | None] = ...,
+        seed: int | None = None,
+        sample_rate_hz: int = 48_000,
     ) -> Array: ...
     @property
     def room(self) -> tuple[float | None, list[float] | None, int]: ...
@@ -106,6 +112,7 @@ class Response:
     @property
     def speed_of_sound(self) -> float: ...
 
+def places(points: list[list[float]], spacing: float) -> list[_Place]: ...
 def trace(
     scene: Scene, log: _Log, threads: int | None = None, progress: _Progress = None, **keywords: Any
 ) -> Map: ...

@@ -51,6 +51,16 @@ pub struct Arguments {
     /// positions are relative to the receiver, in scene axes, within 1 m. Implies --directions, needs --wav.
     #[arg(long, value_name = "FILE", requires = "wav")]
     pub array: Option<PathBuf>,
+    /// What a listener hears of --recording along a path, as SOURCE_walk.wav in the folder of --wav, instead of impulse responses: CSV with
+    /// header time,x,y,z [s, m], straight lines between its points. Not with other receivers, --hrtf, --wav-match.
+    #[arg(long, value_name = "FILE.csv", requires_all = ["wav", "recording"], conflicts_with_all = ["receivers", "receivers_file", "grid", "shard", "hrtf", "wav_match"])]
+    pub path: Option<PathBuf>,
+    /// Recording of one channel that every source sends along --path, from its first time on; converted to the rate of --wav.
+    #[arg(long, value_name = "FILE.wav", requires = "path")]
+    pub recording: Option<PathBuf>,
+    /// Longest distance between the places that are rendered along --path [m]. Delays are exact whatever it is.
+    #[arg(long, value_name = "METRES", requires = "path", default_value_t = 0.25, value_parser = parse_spacing, allow_negative_numbers = true)]
+    pub path_spacing: f64,
     /// Receiver position in scene axes [m], with directivity and aim NAME=x,y,z,cardioid,x,y,z; repeatable [default: of the
     /// scene].
     #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
@@ -140,6 +150,16 @@ pub struct Arguments {
     /// Threads; by default all cores. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
+}
+
+/// Reads a distance between places.
+fn parse_spacing(text: &str) -> Result<f64, String> {
+    let spacing: f64 = text.parse().map_err(|_| format!("\"{text}\" is not a number of metres"))?;
+    let allowed = sonel::SPACINGS;
+    if !allowed.contains(&spacing) {
+        return Err(format!("{spacing} m is not between {} and {} m", allowed.start(), allowed.end()));
+    }
+    Ok(spacing)
 }
 
 impl Arguments {

@@ -38,7 +38,7 @@ pub struct SoundFiles<'a> {
 const LONGEST: usize = 40;
 
 /// Names with their numbers from 1, which tell them apart where characters that file names cannot hold are replaced.
-fn numbered<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> Vec<String> {
+pub fn numbered<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> Vec<String> {
     let digits = names.len().to_string().len();
     let plain = |name: &str| -> String {
         let allowed = |c: char| if c.is_alphanumeric() || " .-".contains(c) { c } else { '_' };
@@ -55,7 +55,9 @@ impl<'a> SoundFiles<'a> {
         receivers: &[ReceiverPoint],
         inputs: &'a [PathBuf],
     ) -> anyhow::Result<Option<Self>> {
-        let Some(folder) = &arguments.wav else { return Ok(None) };
+        let Some(folder) = arguments.wav.as_ref().filter(|_| arguments.path.is_none()) else {
+            return Ok(None);
+        };
         let read = |path: &PathBuf| -> anyhow::Result<Head> {
             let mut bytes = Vec::new();
             let file = input::open(path).and_then(|mut file| file.read_to_end(&mut bytes));
@@ -72,14 +74,7 @@ impl<'a> SoundFiles<'a> {
             sample_rate_hz: arguments.wav_rate,
             inputs,
         };
-        if folder.exists() && !folder.is_dir() {
-            bail!("{} is not a folder: choose another one for --wav", folder.display());
-        }
-        // A folder that cannot be written shall be found before the work is done.
-        if !folder.exists() {
-            std::fs::create_dir(folder)
-                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-        }
+        folder_for(folder)?;
         for end in files.ends() {
             let mut paths = files.pairs().into_iter().map(|pair| files.path(pair, &end));
             paths.try_for_each(|path| Output::try_create(&path, Kind::SOUND, inputs))?;
@@ -150,8 +145,20 @@ const BINAURAL: &str = "_binaural";
 /// What the names of files of arrays end with.
 const ARRAY: &str = "_array";
 
+/// Makes the folder for sound: one that cannot be written shall be found before the work is done.
+pub fn folder_for(folder: &Path) -> anyhow::Result<()> {
+    if folder.exists() && !folder.is_dir() {
+        bail!("{} is not a folder: choose another one for --wav", folder.display());
+    }
+    if !folder.exists() {
+        std::fs::create_dir(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    }
+    Ok(())
+}
+
 /// The microphones in a file of receivers.
-fn microphones(path: &Path) -> anyhow::Result<Vec<Microphone>> {
+pub fn microphones(path: &Path) -> anyhow::Result<Vec<Microphone>> {
     Ok(receivers::read_file(path)?.into_iter().map(sonel::microphone).collect())
 }
 

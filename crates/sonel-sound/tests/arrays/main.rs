@@ -1,5 +1,7 @@
 //! Receivers side by side: late sound has the coherence of a diffuse field, direct sound its exact delay.
 
+mod walk;
+
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, dvec3};
