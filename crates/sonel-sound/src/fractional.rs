@@ -54,6 +54,22 @@ impl Table {
         Self { pulses }
     }
 
+    /// [`pulse`] from the table.
+    #[must_use]
+    pub fn pulse(&self, at: f64) -> (isize, [f64; 2 * HALF]) {
+        let whole = at.floor();
+        let place = (at - whole) * STEPS as f64;
+        let step = (place as usize).min(STEPS - 1);
+        let share = place - step as f64;
+        let (before, after) = (&self.pulses[step], &self.pulses[step + 1]);
+        let mut values = *before;
+        values
+            .iter_mut()
+            .zip(before.iter().zip(after))
+            .for_each(|(value, (a, b))| *value = a + share * (b - a));
+        (whole as isize + 1 - HALF as isize, values)
+    }
+
     /// A signal at the time `at` [samples], which lies [`HALF`] samples or more within it.
     #[must_use]
     pub fn read(&self, signal: &[f64], at: f64) -> f64 {

@@ -15,6 +15,7 @@ use sonel_echogram::Response;
 
 use crate::ambisonics::{Frame, channels};
 use crate::crossover::{Crossover, NARROW};
+use crate::fractional::Table;
 use crate::head::{self, Head};
 use crate::matching::{Gains, Matching};
 use crate::microphones::{self, Microphone};
@@ -57,6 +58,7 @@ pub struct Synthesizer<'a> {
     /// Waves of every source that reach its receivers, drawn when they are first needed. [S]
     waves: Vec<OnceLock<Vec<PlaneWave>>>,
     matching: Option<Matching>,
+    table: Table,
     pub(crate) transform: Transform,
 }
 
@@ -77,7 +79,8 @@ impl<'a> Synthesizer<'a> {
             .then(|| Matching::new(&response.center_frequency_hz, (rate, place), step_hz, count));
         let waves = vec![OnceLock::new(); response.sources()];
         let transform = Transform::new(length);
-        Self { response, settings, samples, padding, crossover, waves, matching, transform }
+        let table = Table::new();
+        Self { response, settings, samples, padding, crossover, waves, matching, table, transform }
     }
 
     /// Pressure of source `s` at receiver `r` relative to a free field at 1 m, from the emission to the end of the echogram.
@@ -204,20 +207,33 @@ impl<'a> Synthesizer<'a> {
     pub(crate) fn spectrum<'t>(&self, pulses: &Pulses, taps_of: impl Fn(usize) -> &'t [f64]) -> Spectrum {
         let bands = self.response.bands();
         let mut trains = vec![self.transform.silence(); bands];
-        let mut convolved = Vec::new();
-        let all = pulses.time.iter().zip(pulses.amplitude.chunks_exact(bands));
-        for (pulse, (time, amplitude)) in all.enumerate() {
-            let (first, values) = fractional::pulse(time * f64::from(self.settings.sample_rate_hz));
-            let taps = taps_of(pulse);
-            convolved.clear();
-            convolved.resize(values.len() + taps.len() - 1, 0.0);
-            for (at, tap) in taps.iter().enumerate() {
-                convolved[at..].iter_mut().zip(&values).for_each(|(sum, value)| *sum += tap * value);
+        let mut order: Vec<usize> = (0..pulses.time.len()).collect();
+        order.sort_by_key(|pulse| pulses.shape[*pulse]);
+        // All pulses of a shape, and from where on.
+        let mut sum = Vec::new();
+        for alike in order.chunk_by(|a, b| pulses.shape[*a] == pulses.shape[*b]) {
+            let place = |pulse: usize| pulses.time[pulse] * f64::from(self.settings.sample_rate_hz);
+            let begin =
+                alike.iter().map(|pulse| place(*pulse)).fold(f64::INFINITY, f64::min).floor() as isize;
+            let begin = begin + 1 - fractional::HALF as isize;
+            sum.clear();
+            for &pulse in alike {
+                // Those of late sound are too many to be exact.
+                let at = place(pulse);
+                let (first, mut values) =
+                    if pulse < pulses.listed { fractional::pulse(at) } else { self.table.pulse(at) };
+                values.iter_mut().for_each(|value| *value *= pulses.gain[pulse]);
+                let (first, taps) = ((first - begin) as usize, taps_of(pulse));
+                let end = first + values.len() + taps.len() - 1;
+                sum.resize(sum.len().max(end), 0.0);
+                for (at, tap) in taps.iter().enumerate() {
+                    sum[first + at..].iter_mut().zip(&values).for_each(|(sum, value)| *sum += tap * value);
+                }
             }
-            let first = self.padding.saturating_add_signed(first);
-            for (train, amplitude) in trains.iter_mut().zip(amplitude) {
-                let places = train[first..].iter_mut().zip(&convolved);
-                places.for_each(|(sum, value)| *sum += amplitude * value);
+            let shape = pulses.shape(pulses.shape[alike[0]] as usize, bands);
+            let first = self.padding.saturating_add_signed(begin);
+            for (train, amplitude) in trains.iter_mut().zip(shape) {
+                train[first..].iter_mut().zip(&sum).for_each(|(all, value)| *all += amplitude * value);
             }
         }
         let mut sum = Vec::new();

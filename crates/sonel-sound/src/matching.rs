@@ -116,7 +116,7 @@ impl Matching {
         let last = place.len() - 1;
         let sample = |time: f64| (libm::round(time * self.rate) as usize).min(last);
         let bands = self.analysers.len();
-        let listed = pulses.time.iter().zip(pulses.amplitude.chunks_exact(bands)).take(pulses.listed);
+        let listed = pulses.time.iter().zip(pulses.shapes.chunks_exact(bands)).take(pulses.listed);
         for (time, amplitude) in listed {
             place[sample(*time)] += amplitude[band] * amplitude[band];
         }

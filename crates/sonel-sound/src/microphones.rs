@@ -100,10 +100,9 @@ pub fn displaced(
     speed_of_sound: f64,
 ) -> Result<Pulses, SoundError> {
     let mut own = pulses.clone();
-    let bands = pulses.amplitude.len() / pulses.time.len().max(1);
-    let all = own.time.iter_mut().zip(own.amplitude.chunks_exact_mut(bands.max(1))).zip(&mut own.direction);
-    for (index, ((time, amplitude), direction)) in all.enumerate() {
-        let gain = if index < pulses.listed {
+    let all = own.time.iter_mut().zip(&mut own.gain).zip(&mut own.direction);
+    for (index, ((time, all), direction)) in all.enumerate() {
+        *all *= if index < pulses.listed {
             let (length, gain, towards) = microphone.arrival(speed_of_sound * *time, *direction)?;
             *time = length / speed_of_sound;
             *direction = towards;
@@ -112,7 +111,6 @@ pub fn displaced(
             *time -= direction.dot(microphone.position) / speed_of_sound;
             microphone.gain(*direction)
         };
-        amplitude.iter_mut().for_each(|amplitude| *amplitude *= gain);
     }
     Ok(own)
 }

@@ -40,8 +40,12 @@ pub struct Late {
 pub struct Pulses {
     /// Time of each, from the emission on [s]. [P]
     pub time: Vec<f64>,
-    /// Amplitude in every band, relative to a free field at 1 m. [P, B]
-    pub amplitude: Vec<f64>,
+    /// Its amplitude in every band is this times its shape. [P]
+    pub gain: Vec<f64>,
+    /// Number of its shape: each listed arrival has its own, late sound that of its time bin. [P]
+    pub shape: Vec<u32>,
+    /// Amplitudes in every band, relative to a free field at 1 m. [shapes, B]
+    pub shapes: Vec<f64>,
     /// How many of them are listed arrivals: the first ones.
     pub listed: usize,
     /// What the others are drawn from, one for each time bin. [T]
@@ -112,27 +116,43 @@ impl Pulses {
     ) {
         let edges = &response.time_edges_s;
         let offset = (place - DVec3::from_array(response.source_positions[s])) / response.speed_of_sound;
-        let mut squared = vec![0.0; response.bands()];
+        let bands = response.bands();
+        let first = self.shapes.len() / bands;
+        let mut means = Vec::with_capacity(response.bins());
+        // Nothing is scattered to the place before the earliest direct sound.
+        let mut begins = Vec::with_capacity(response.bins());
+        for bin in 0..response.bins() {
+            let (mut moment, mut begin) = (DVec3::ZERO, f64::INFINITY);
+            let mut squared = vec![0.0; bands];
+            for (weight, late) in late.iter().filter(|(weight, _)| *weight > 0.0) {
+                let late = &late[bin];
+                let share = weight / (late.end - late.begin);
+                squared.iter_mut().zip(&late.squared).for_each(|(sum, squared)| *sum += share * squared);
+                moment += share * late.moment;
+                begin = begin.min(late.begin);
+            }
+            let all: f64 = squared.iter().sum();
+            begins.push(if all > 0.0 { begin } else { f64::INFINITY });
+            means.push(if moment == DVec3::ZERO { DVec3::ZERO } else { moment / all });
+            self.shapes.extend(squared.into_iter().map(f64::sqrt));
+        }
         for &PlaneWave { time, towards, sign, density } in waves {
             let time = time - towards.dot(offset);
             let Some(bin) = edges.partition_point(|edge| *edge <= time).checked_sub(1) else { continue };
-            squared.fill(0.0);
-            let mut moment = DVec3::ZERO;
-            for (weight, late) in late {
-                let Some(late) = late.get(bin).filter(|late| time >= late.begin) else { continue };
-                let share = weight / (density * (late.end - late.begin));
-                squared.iter_mut().zip(&late.squared).for_each(|(sum, squared)| *sum += share * squared);
-                moment += share * late.moment;
-            }
-            let all: f64 = squared.iter().sum();
-            if all <= 0.0 {
+            if begins.get(bin).is_none_or(|begin| time < *begin) {
                 continue;
             }
             self.time.push(time);
-            self.amplitude.extend(squared.iter().map(|squared| sign * squared.sqrt()));
-            let is_even = moment == DVec3::ZERO;
-            self.direction.push(if is_even { towards } else { ambisonics::moved(towards, moment / all) });
+            self.gain.push(sign / density.sqrt());
+            self.shape.push((first + bin) as u32);
+            let is_even = means[bin] == DVec3::ZERO;
+            self.direction.push(if is_even { towards } else { ambisonics::moved(towards, means[bin]) });
         }
+    }
+
+    /// Amplitudes of a shape in every band.
+    pub(crate) fn shape(&self, number: usize, bands: usize) -> &[f64] {
+        &self.shapes[number * bands..(number + 1) * bands]
     }
 
     /// Adds the listed arrivals and takes their energy out of `rest`, the echogram of every band, and out of the moments.
@@ -157,7 +177,9 @@ impl Pulses {
             }
             self.time.push(time);
             // A pulse of amplitude a has the spectrum a² at all frequencies, so that its band mean is 4πF whatever the width of the band.
-            self.amplitude.extend(energy.iter().map(|energy| (PRESSURE_OF_FLUENCE * energy).sqrt()));
+            self.shape.push(self.gain.len() as u32);
+            self.gain.push(1.0);
+            self.shapes.extend(energy.iter().map(|energy| (PRESSURE_OF_FLUENCE * energy).sqrt()));
             let direction = DVec3::from_slice(&arrivals.direction[3 * a..]);
             self.direction.push(direction);
             if let Some(moment) = moment.get_mut(bin) {

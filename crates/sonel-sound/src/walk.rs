@@ -211,7 +211,7 @@ impl Walk<'_> {
                     .time
                     .iter()
                     .zip(&pulses.direction)
-                    .zip(pulses.amplitude.chunks_exact(bands.signals.len()));
+                    .zip(pulses.shapes.chunks_exact(bands.signals.len()));
                 for ((time, direction), amplitude) in arrivals {
                     let length = self.response.speed_of_sound * time;
                     let image = place + length * *direction;
