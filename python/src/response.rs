@@ -129,7 +129,8 @@ impl Response {
             }
             "speed_of_sound" => self.view(slice::from_ref(&e.speed_of_sound), &[]),
             "characteristic_impedance" => self.view(slice::from_ref(&e.characteristic_impedance), &[]),
-            "direct_time_s" => self.view(&e.direct_times_s, &[s, r]).filter(|_| !e.direct_times_s.is_empty()),
+            "direct_time_s" if e.direct_times_s.is_empty() => None,
+            "direct_time_s" => self.view(&e.direct_times_s, &[s, r]),
             "source_power_level_db" => self.view(&e.source_power_level_db, &[s, b]),
             "energy" => self.view(&e.energy, &[s, r, b, e.bins()]),
             "batch_weight" => batches.and_then(|g| self.view(&g.weight, &[e.batch_count()])),

@@ -162,6 +162,12 @@ def test_pyrato_reads_t30_of_one_matched_response(response):
     assert matched < 0.015 < drawn
 
 
+def test_pyfar_gets_a_signal(response):
+    signal = response.to_pyfar(sample_rate=16_000)
+    assert signal.cshape == (1, 2, 1) and signal.sampling_rate == 16_000
+    np.testing.assert_array_equal(signal.time, response.impulse_responses(sample_rate=16_000))
+
+
 def harmonics(order, direction):
     """Real spherical harmonics in ACN order with SN3D, from SciPy's complex ones with their Condon-Shortley phase."""
     x, y, z = direction
@@ -173,6 +179,16 @@ def harmonics(order, direction):
             part = value.imag if m < 0 else value.real
             channels.append(part * (1 if m == 0 else np.sqrt(2)))
     return np.array(channels)
+
+
+def test_ambisonics_are_those_of_spaudiopy(aside):
+    """Of spaudiopy's real spherical harmonics of order 7, N3D, over the direction of the source that is aside."""
+    spaudiopy = pytest.importorskip("spaudiopy")
+    x, y, z = in_axes_of_the_head(aside, 1)
+    orders = np.repeat(np.arange(8), 2 * np.arange(8) + 1)
+    expected = spaudiopy.sph.sh_matrix(7, np.arctan2(y, x), np.arccos(z), "real")[0] * np.sqrt(4 * np.pi / (2 * orders + 1))
+    pulse = aside.impulse_responses(ambix=7)[1, 0, :, direct_sample(aside, 0, 1)].astype(float)
+    np.testing.assert_allclose(pulse / pulse[0], expected, atol=1e-3)
 
 
 def in_axes_of_the_head(response, source):

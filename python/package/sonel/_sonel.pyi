@@ -5,7 +5,9 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-class Error(Exception):
+__version__: str
+
+class Error(ValueError):
     """Bad input, a damaged file or an impossible request: the message of the programs."""
 
 Polygons = tuple[bytes, bytes, bytes, bytes, list[str]]
@@ -23,6 +25,7 @@ class Scene:
     @staticmethod
     def check_file(path: str | PathLike[str]) -> _Report: ...
     def check(self) -> _Report: ...
+    def room(self) -> _Report: ...
     def toml(self) -> str: ...
     def save(self, folder: str | PathLike[str]) -> str | PathLike[str]: ...
     @property
