@@ -13,6 +13,7 @@ logger "sonel". `docs/python.md` in the repository has examples.
 
 from __future__ import annotations
 
+import importlib
 import logging
 import os
 import sys
@@ -905,24 +906,36 @@ def _in_notebook() -> bool:
 
 
 class _Text:
-    """Progress as text on stderr, while the work goes on; or the function that was given."""
+    """Progress as text on stderr or in a notebook, while the work goes on; or the function that was given."""
 
     def __init__(self, progress: _Progress) -> None:
         shows = sys.stderr.isatty() or _in_notebook() if progress is None else progress
         self._follower = progress if callable(progress) else self._show if shows else None
         self._shown = ""
+        self._cell: Any = None
 
     def __enter__(self) -> Callable[[str, float], object] | None:
         return self._follower
 
     def __exit__(self, *_: object) -> None:
-        if self._shown:
+        if self._cell is not None:
+            self._cell.update({"text/plain": ""}, raw=True)
+        elif self._shown:
             sys.stderr.write("\r" + " " * len(self._shown) + "\r")
 
     def _show(self, what: str, share: float) -> None:
         text = f"{what} {share:4.0%}"
-        if text != self._shown:
-            self._shown = text
+        if text == self._shown:
+            return
+        self._shown = text
+        if _in_notebook():
+            display: Any = importlib.import_module("IPython.display").display
+            # One output of the cell, which is replaced.
+            if self._cell is None:
+                self._cell = display({"text/plain": text}, raw=True, display_id=True)
+            else:
+                self._cell.update({"text/plain": text}, raw=True)
+        else:
             sys.stderr.write("\r" + text)
             sys.stderr.flush()
 
