@@ -416,14 +416,14 @@ def dataset(
     sample_rate, match, seed: as for `Response.impulse_responses`.
     early: how many of the strongest listed arrivals are labels.
     duration: length of the impulse responses [s] (default 1.2 times the longest Sabine time of the room).
-    trace, render: options of these functions (default packets 5000; order 2, estimator sphere, effects -diffraction).
+    trace, render: options of these functions (default packets 4000; order 2, rays 256, effects -diffraction).
     progress: as for `trace`, in rooms, by tqdm where that is installed.
     """
     from . import _dataset
 
     options: dict[str, Any] = {"sample_rate": sample_rate, "match": match, "seed": seed, "early": early, "duration": duration}
-    options["trace"] = {"packets": 5000} if trace is None else dict(trace)
-    options["render"] = {"order": 2, "estimator": "sphere", "effects": "-diffraction"} if render is None else dict(render)
+    options["trace"] = {"packets": 4000} if trace is None else dict(trace)
+    options["render"] = {"order": 2, "rays": 256, "effects": "-diffraction"} if render is None else dict(render)
     return _dataset.write(
         rooms,
         Path(out),
