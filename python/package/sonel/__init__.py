@@ -494,7 +494,7 @@ class Map:
         materials: Change materials: a TOML file of [materials.NAME] as in a scene file, applied before `set`; others
             stay.
         grid: Grid of receivers: each axis lo:hi:n or one number [m]. Points on surfaces, in solids or outside the room
-            are left out. Also three axes of one number or evenly spaced ones, such as [np.linspace(1, 9, 5), [2, 4, 6], 1.5].
+            are left out.
         bin: Width of a time bin [s]; at most 2²⁰ bins (default 0.001).
         estimator: Estimator for each path class: auto, connection, gather, sphere or paper. Paper needs even air and
             excludes `order`; maps with a gradient take auto, connection, sphere, without `order` (default auto).
@@ -512,6 +512,7 @@ class Map:
             omnidirectional. The lateral axis is horizontal, at right angles to the aim, by default towards the first
             source.
         until, at_most: add rays until the intervals are narrow enough.
+        A grid may also be three axes of one number or evenly spaced ones, such as [np.linspace(1, 9, 5), [2, 4, 6], 1.5].
         memory: Own memory that the rendering may take [bytes], such as 8G: one that is predicted to take more is
             refused before it starts.
         threads, progress: as for `trace`.
