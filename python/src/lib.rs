@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 pyo3::create_exception!(
     sonel,
     Error,
-    pyo3::exceptions::PyException,
+    pyo3::exceptions::PyValueError,
     "Bad input, a damaged file or an impossible request: the message of the programs."
 );
 
@@ -29,7 +29,14 @@ mod _sonel {
     #[pymodule_export]
     use super::map::{Map, trace};
     #[pymodule_export]
-    use super::response::{Array, Response};
+    use super::response::{Array, Response, places};
     #[pymodule_export]
     use super::scene::Scene;
+
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
 }

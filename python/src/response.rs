@@ -7,14 +7,15 @@ use std::path::PathBuf;
 use std::slice;
 use std::sync::Arc;
 
+use glam::DVec3;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
-use sonel::{Channels, Head, SoundOptions};
+use sonel::{Channels, Head, Microphone, Path, SPACINGS, SoundOptions, Waypoint, microphone};
 use sonel_console::output::{Kind, Output};
 use sonel_echogram::{LATERAL_KEYS, ReceiverDirectivity, Response as Echograms};
 
-use crate::convert::object;
+use crate::convert::{Receiver, object, receiver, refused};
 use crate::error;
 use crate::work::on_all_cores;
 
@@ -87,13 +88,21 @@ impl Response {
         Some(Array::of(owner, values, shape))
     }
 
-    /// Impulse responses of all sources at all receivers: one channel, or those of ambisonics of an order, or those of a head in a SOFA file.
-    fn sound(&self, order: Option<u32>, head: Option<&[u8]>, options: SoundOptions) -> sonel::Result<Array> {
+    /// Impulse responses of all sources at all receivers: one channel, or those of ambisonics of an order, those of a head in a SOFA file, or the
+    /// microphones of an array.
+    fn sound(
+        &self,
+        order: Option<u32>,
+        head: Option<&[u8]>,
+        array: Option<&[Microphone]>,
+        options: SoundOptions,
+    ) -> sonel::Result<Array> {
         let head = head.map(|file| Head::read(file, options.sample_rate_hz)).transpose()?;
-        let channels = match (order, &head) {
-            (Some(order), _) => Channels::Ambisonics(order),
-            (None, Some(head)) => Channels::Ears(head),
-            (None, None) => Channels::Single,
+        let channels = match (order, &head, array) {
+            (Some(order), _, _) => Channels::Ambisonics(order),
+            (None, Some(head), _) => Channels::Ears(head),
+            (None, None, Some(microphones)) => Channels::Array(microphones),
+            (None, None, None) => Channels::Single,
         };
         let all = self.response.impulse_responses(channels, options)?;
         let (channels, samples) =
@@ -120,7 +129,8 @@ impl Response {
             }
             "speed_of_sound" => self.view(slice::from_ref(&e.speed_of_sound), &[]),
             "characteristic_impedance" => self.view(slice::from_ref(&e.characteristic_impedance), &[]),
-            "direct_time_s" => self.view(&e.direct_times_s, &[s, r]).filter(|_| !e.direct_times_s.is_empty()),
+            "direct_time_s" if e.direct_times_s.is_empty() => None,
+            "direct_time_s" => self.view(&e.direct_times_s, &[s, r]),
             "source_power_level_db" => self.view(&e.source_power_level_db, &[s, b]),
             "energy" => self.view(&e.energy, &[s, r, b, e.bins()]),
             "batch_weight" => batches.and_then(|g| self.view(&g.weight, &[e.batch_count()])),
@@ -179,6 +189,26 @@ impl Response {
     }
 }
 
+fn path(points: Vec<[f64; 4]>) -> PyResult<Path> {
+    let points = points.into_iter().map(|[time, x, y, z]| Waypoint { time, position: DVec3::new(x, y, z) });
+    Path::new(points.collect()).map_err(|wrong| refused(format!("path: {wrong}")))
+}
+
+fn microphones(points: Vec<Receiver>) -> PyResult<Vec<Microphone>> {
+    points.into_iter().map(|point| Ok(microphone(receiver(point)?))).collect()
+}
+
+/// Names and positions of the places along a path of times and positions, so many metres apart at most.
+#[pyfunction]
+pub fn places(points: Vec<[f64; 4]>, spacing: f64) -> PyResult<Vec<(String, [f64; 3])>> {
+    if !SPACINGS.contains(&spacing) {
+        let (least, most) = (SPACINGS.start(), SPACINGS.end());
+        return Err(refused(format!("`spacing` is {spacing} m: give {least} to {most} m")));
+    }
+    let places = sonel::places(&path(points)?, spacing);
+    Ok(places.into_iter().map(|place| (place.name, place.position.to_array())).collect())
+}
+
 #[pymethods]
 impl Response {
     /// The response in a file.
@@ -222,19 +252,54 @@ impl Response {
         object(py, &json)
     }
 
-    /// Impulse responses, [S, R, channels, samples].
-    #[pyo3(signature = (order=None, head=None, seed=None, sample_rate_hz=48_000, is_matched=false))]
+    /// Impulse responses, [S, R, channels, samples], of an order of ambisonics, a SOFA file or an array.
+    #[pyo3(signature = (channels=(None, None, None), seed=None, sample_rate_hz=48_000, is_matched=false))]
     fn impulse_responses(
         &self,
         py: Python<'_>,
-        order: Option<u32>,
-        head: Option<Vec<u8>>,
+        channels: (Option<u32>, Option<Vec<u8>>, Option<Vec<Receiver>>),
         seed: Option<u64>,
         sample_rate_hz: u32,
         is_matched: bool,
     ) -> PyResult<Array> {
         let options = SoundOptions { seed, sample_rate_hz, is_matched };
-        on_all_cores(py, || self.sound(order, head.as_deref(), options))?.map_err(error)
+        let (order, head, array) = channels;
+        let array = array.map(microphones).transpose()?;
+        on_all_cores(py, || self.sound(order, head.as_deref(), array.as_deref(), options))?.map_err(error)
+    }
+
+    /// What a listener hears of a `signal` of f64 in bytes along a path of times and positions: [S, channels, samples].
+    #[pyo3(signature = (route, signal, channels=(None, None), seed=None, sample_rate_hz=48_000))]
+    fn walk(
+        &self,
+        py: Python<'_>,
+        route: (Vec<[f64; 4]>, f64),
+        signal: &[u8],
+        channels: (Option<u32>, Option<Vec<Receiver>>),
+        seed: Option<u64>,
+        sample_rate_hz: u32,
+    ) -> PyResult<Array> {
+        let options = SoundOptions { seed, sample_rate_hz, is_matched: false };
+        let (path, spacing) = (path(route.0)?, route.1);
+        let signal: Vec<f32> =
+            signal.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes) as f32).collect();
+        let (order, array) = channels;
+        let array = array.map(microphones).transpose()?;
+        let channels = match (order, &array) {
+            (Some(order), _) => Channels::Ambisonics(order),
+            (None, Some(microphones)) => Channels::Array(microphones),
+            (None, None) => Channels::Single,
+        };
+        let walk = || self.response.walk((&path, spacing), channels, &signal, options);
+        let all = on_all_cores(py, walk)?.map_err(error)?;
+        let (channels, samples) =
+            all.first().map_or((0, 0), |all| (all.len(), all.first().map_or(0, Vec::len)));
+        let values: Arc<Vec<f32>> = Arc::new(all.into_iter().flatten().flatten().collect());
+        Ok(Array::of(
+            Arc::<Vec<f32>>::clone(&values),
+            &values,
+            &[self.echograms().sources(), channels, samples],
+        ))
     }
 
     /// Volume of a closed room, the direction up where it is known, and the seed.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use sonel::checkup::report;
+use sonel::checkup::{report, room};
 use sonel::{Document, Observer, PolygonMesh, Silent};
 
 use crate::convert::{object, refused, value};
@@ -75,6 +75,12 @@ impl Scene {
     /// The report of `sonel-trace check --json`.
     fn check<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let check = || self.scene.check().map(|checkup| report(&checkup));
+        object(py, &on_all_cores(py, check)?.map_err(error)?)
+    }
+
+    /// Sizes, areas and statistical times of that report, in a tenth of its time.
+    fn room<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let check = || self.scene.check().map(|checkup| room(&checkup));
         object(py, &on_all_cores(py, check)?.map_err(error)?)
     }
 

@@ -115,10 +115,45 @@ def test_a_response_has_the_bytes_of_the_programs(room, mapped, tmp_path, option
     response.save(tmp_path / "b.npz")
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
     with np.load(tmp_path / "a.npz") as arrays:
-        for key in arrays.files:
-            if key not in ("format_version", "digest"):
-                np.testing.assert_array_equal(response[key], arrays[key], strict=True)
+        assert set(response.keys()) == set(arrays.files) - {"format_version", "digest"}
+        for key in response:
+            np.testing.assert_array_equal(response[key], arrays[key], strict=True)
     assert response.metadata == sonel.Response.load(tmp_path / "a.npz").metadata
+
+
+def test_a_grid_of_arrays_is_that_of_its_text(room):
+    given = [np.linspace(2, 8, 3), [3.0], 1.5]
+    assert room.render(grid=given, rays=64).receivers == room.render(grid="2:8:3,3,1.5", rays=64).receivers
+    for grid, message in [([1, 2], "2 axes"), ([[1, 2, 4], 3, 1], "not evenly spaced")]:
+        with pytest.raises(sonel.Error, match=message):
+            room.render(grid=grid)
+
+
+def test_errors_are_those_that_python_knows(room):
+    with pytest.raises(ValueError, match="`bin`"):
+        room.render(bin=-1)
+    with pytest.raises(sonel.Error, match="cannot read"):
+        sonel.Response.load("missing.npz")
+    assert sonel.__version__ == room.render(SEATS, rays=64).metadata["tool_version"].split()[0].split("+")[0]
+
+
+def test_notebooks_see_tables_and_pictures(room, response):
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    pyplot.switch_backend("agg")
+    axes = response.plot_decay(receiver=1)
+    assert len(axes.lines) == 8 and all(line.get_ydata()[0] == pytest.approx(0.0) for line in axes.lines)
+    walls = cube().add_box([1, 2, 0], [2, 3, 1]).plot_room()
+    assert len(walls.lines) == 12 and walls.get_xlabel() == "x [m]"
+    level = response.parameters()["level_db"][0, 0, 4]
+    assert f"<td>near</td><td>{level:.2f} ± " in response._repr_html_() and "<td>receiver</td>" in cube()._repr_html_()
+
+
+def test_other_packages_get_arrays_with_their_coordinates(response):
+    xarray = pytest.importorskip("xarray")
+    data = response.to_xarray()
+    assert isinstance(data, xarray.Dataset) and dict(data.sizes)["receiver"] == 2
+    one = data.sel(receiver="far", source=response.sources[0], band=1000)
+    assert float(one.t30_s) == response.parameters()["t30_s"][0, 1, 4] and one.energy.sum() == response.energy[0, 1, 4].sum()
 
 
 def test_renderings_are_refined(room, mapped, tmp_path):
@@ -344,7 +379,7 @@ def test_bad_files_get_the_message_of_the_program(mapped, tmp_path):
         sonel.Map.load(damaged)
     assert str(raised.value) in said
     for load in (sonel.Map.load, sonel.Response.load, sonel.Scene.load):
-        with pytest.raises(sonel.Error, match=r"cannot read .*missing"):
+        with pytest.raises(FileNotFoundError, match=r"cannot read .*missing"):
             load(tmp_path / "missing")
 
 

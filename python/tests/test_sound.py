@@ -41,6 +41,9 @@ def response(room):
     return room.render(SEATS, directions=True)
 
 
+ARRAY = {"right": [0.0, -0.05, 0.0], "left": {"position": [0.0, 0.05, 0.01], "directivity": "cardioid", "aim": [0, 1, 0]}}
+
+
 def write_head(path, rate, width=0.0):
     """Two cardioids in 26 directions whose delays differ by up to 2/3 ms, written by sofar: pulses, or Gaussian ones of a `width` [s]."""
     azimuths = np.arange(0.0, 360.0, 45.0)
@@ -159,6 +162,12 @@ def test_pyrato_reads_t30_of_one_matched_response(response):
     assert matched < 0.015 < drawn
 
 
+def test_pyfar_gets_a_signal(response):
+    signal = response.to_pyfar(sample_rate=16_000)
+    assert signal.cshape == (1, 2, 1) and signal.sampling_rate == 16_000
+    np.testing.assert_array_equal(signal.time, response.impulse_responses(sample_rate=16_000))
+
+
 def harmonics(order, direction):
     """Real spherical harmonics in ACN order with SN3D, from SciPy's complex ones with their Condon-Shortley phase."""
     x, y, z = direction
@@ -172,6 +181,19 @@ def harmonics(order, direction):
     return np.array(channels)
 
 
+def test_ambisonics_are_those_of_spaudiopy(aside, monkeypatch):
+    """Of spaudiopy's real spherical harmonics of order 7, N3D, over the direction of the source that is aside."""
+    spaudiopy = pytest.importorskip("spaudiopy")
+    # It calls SciPy's function of before 1.17.
+    before = lambda m, n, azimuth, polar: scipy.special.sph_harm_y(n, m, polar, azimuth)  # noqa: E731
+    monkeypatch.setattr(scipy.special, "sph_harm", before, raising=False)
+    x, y, z = in_axes_of_the_head(aside, 1)
+    orders = np.repeat(np.arange(8), 2 * np.arange(8) + 1)
+    expected = spaudiopy.sph.sh_matrix(7, np.arctan2(y, x), np.arccos(z), "real")[0] * np.sqrt(4 * np.pi / (2 * orders + 1))
+    pulse = aside.impulse_responses(ambix=7)[1, 0, :, direct_sample(aside, 0, 1)].astype(float)
+    np.testing.assert_allclose(pulse / pulse[0], expected, atol=1e-3)
+
+
 def in_axes_of_the_head(response, source):
     """Direction of a source in the axes front, left, up of receiver 0 in a scene whose z is up; the receiver looks at source 0."""
     up, (ahead, direction) = np.array([0.0, 0.0, 1.0]), response.source_positions[[0, source]] - response.receiver_positions[0]
@@ -179,7 +201,7 @@ def in_axes_of_the_head(response, source):
     return np.array([front, np.cross(up, front), up]) @ direction / np.linalg.norm(direction)
 
 
-@pytest.mark.parametrize("order", [1, 3])
+@pytest.mark.parametrize("order", [1, 3, 7])
 @pytest.mark.parametrize("source", [0, 1])
 def test_ambisonics_of_the_direct_sound_point_to_the_source(aside, order, source):
     at = direct_sample(aside, 0, source)
@@ -194,6 +216,76 @@ def test_ambisonics_of_the_direct_sound_point_to_the_source(aside, order, source
     # The source that is aside is on the left: a decoder that mixed up the sides would look elsewhere.
     mirrored = harmonics(order, expected * [1, -1, 1])
     assert (source == 0) == np.allclose(pulse / pulse[0], mirrored, atol=5e-4)
+
+
+def test_an_array_has_the_early_sound_of_receivers_in_its_places(room):
+    """Of direct sound and reflections: exact to 10⁻³ of the energy of 20 ms, while the receiver in the middle is far from it."""
+    offsets = np.array([[0.08, 0.0, 0.0], [0.0, -0.15, 0.05]])
+    middle = np.array(SEATS["near"])
+    early = slice(0, round(0.03 * RATE))
+    found = room.render(middle).impulse_responses(array=offsets)[0, 0, :, early].astype(float)
+    places = room.render([middle, *(middle + offsets)]).impulse_responses()[0, :, 0, early].astype(float)
+    sums = np.sum(places[1:] ** 2, axis=1)
+    off = np.sum((found - places[1:]) ** 2, axis=1) / sums
+    print("off by", off)
+    assert np.all(off < 0.02)
+    assert np.all(np.sum((places[0] - places[1:]) ** 2, axis=1) > 0.5 * sums)
+
+
+def test_a_figure_of_eight_has_the_sign_of_the_side(aside):
+    """Direct sound of the two sources, one of which it looks at, the other of which is behind; on the axis it is that of a point."""
+    ahead = aside.source_positions[0] - aside.receiver_positions[0]
+    eight = {"position": [0, 0, 0], "directivity": "figure-eight", "aim": ahead}
+    back = {**eight, "aim": -(aside.source_positions[1] - aside.receiver_positions[0])}
+    single = aside.impulse_responses()[:, 0, 0]
+    found = aside.impulse_responses(array={"eight": eight, "back": back})[:, 0]
+    for source in (0, 1):
+        at = direct_sample(aside, 0, source)
+        assert found[source, source, at] / single[source, at] == pytest.approx((1, -1)[source], abs=1e-3)
+
+
+def test_arrays_are_those_of_the_program(room, response, tmp_path):
+    room.save(tmp_path / "room.sonelmap")
+    rows = [f'[[receivers]]\nname = "{name}"\n' for name in ARRAY]
+    rows[0] += "position = [0.0, -0.05, 0.0]\n"
+    rows[1] += 'position = [0.0, 0.05, 0.01]\ndirectivity = "cardioid"\naim = [0.0, 1.0, 0.0]\n'
+    (tmp_path / "array.toml").write_text("".join(rows))
+    seats = [f"--receiver={name}={x},{y},{z}" for name, (x, y, z) in SEATS.items()]
+    files = ["--wav", tmp_path / "wav", "--array", tmp_path / "array.toml"]
+    run("sonel-render", tmp_path / "room.sonelmap", "-o", tmp_path / "room.npz", "--quiet", *seats, *files)
+    _, samples = scipy.io.wavfile.read(tmp_path / "wav/1-source_2-far_array.wav")
+    np.testing.assert_array_equal(samples.T, response.impulse_responses(array=ARRAY)[0, 1])
+
+
+def test_a_walk_is_that_of_the_program_and_shifts_a_tone(tmp_path):
+    """In a room that absorbs nearly everything: towards the source at 5 m/s a tone of 1 kHz rises by 14.6 Hz."""
+    scene = sonel.Scene.shoebox([20, 6, 4], 0.99, sources=[1, 3, 2], duration_s=0.2)
+    room = sonel.trace(scene, packets=100)
+    rate, speed = 16_000, 5.0
+    path = [[1.0, 9.0, 3.0, 2.0], [2.0, 9.0 - speed, 3.0, 2.0]]
+    signal = np.sin(2 * np.pi * 1000 * np.arange(rate) / rate).astype(np.float32)
+    walked = room.walk(path, signal, sample_rate=rate)
+    assert walked.shape == (1, 1, len(signal) + round(0.2 * rate))
+    steady = walked[0, 0, 2000:15_000].astype(float)
+    spectrum = np.abs(np.fft.rfft(steady * np.hanning(len(steady)), 1 << 20))
+    assert np.argmax(spectrum) * rate / (1 << 20) == pytest.approx(1000 * (1 + speed / room.render([9, 3, 2]).speed_of_sound), abs=0.3)
+    room.save(tmp_path / "room.sonelmap")
+    (tmp_path / "walk.csv").write_text("time,x,y,z\n" + "".join(",".join(map(str, row)) + "\n" for row in path))
+    scipy.io.wavfile.write(tmp_path / "dry.wav", rate, signal)
+    options = ["--path", tmp_path / "walk.csv", "--recording", tmp_path / "dry.wav", "--wav", tmp_path / "wav", "--wav-rate", rate]
+    run("sonel-render", tmp_path / "room.sonelmap", "-o", tmp_path / "room.npz", "--quiet", *options, "--ambix", 1)
+    _, samples = scipy.io.wavfile.read(tmp_path / "wav/1-source 1_walk_ambix1.wav")
+    np.testing.assert_array_equal(samples.T, room.walk(path, signal, sample_rate=rate, ambix=1)[0])
+    for bad, message in [
+        ({"path": [[0, 1, 2]]}, "path has the shape"),
+        ({"path": [[0, 9, 3, 2], [0, 8, 3, 2]]}, "point 2 has the time 0 s after 0 s"),
+        ({"path": [[0, 30, 3, 2]]}, "outside"),
+        ({"signal": np.ones((2, 9))}, "signal has the shape"),
+        ({"spacing": 0}, "`spacing` is 0 m"),
+        ({"hrtf": "head.sofa"}, "hrtf"),
+    ]:
+        with pytest.raises((sonel.Error, TypeError), match=message):
+            room.walk(**{"path": path, "signal": signal, **bad})
 
 
 def iacc(left, right, octave):
@@ -256,9 +348,9 @@ def test_another_sample_rate_has_the_same_spectrum(response):
     np.testing.assert_allclose(spectra[16_000], spectra[RATE], rtol=0.02)
 
 
-@pytest.mark.parametrize("kind", ["single", "binaural", "ambix"])
+@pytest.mark.parametrize("kind", ["single", "binaural", "ambix", "array"])
 def test_sofar_verifies_what_is_written_and_reads_the_same_samples(response, head, tmp_path, kind):
-    options = {"single": {}, "binaural": {"hrtf": head}, "ambix": {"ambix": 1}}[kind]
+    options = {"single": {}, "binaural": {"hrtf": head}, "ambix": {"ambix": 1}, "array": {"array": ARRAY}}[kind]
     path = tmp_path / "room.sofa"
     response.to_sofa(path, **options)
     sofa = sofar.read_sofa(str(path), verify=False, verbose=False)
@@ -268,10 +360,13 @@ def test_sofar_verifies_what_is_written_and_reads_the_same_samples(response, hea
     np.testing.assert_array_equal(sofa.Data_IR, samples[0].reshape(2, *samples.shape[2:]))
     np.testing.assert_array_equal(sofa.ListenerPosition, response.receiver_positions)
     np.testing.assert_array_equal(np.atleast_2d(sofa.SourcePosition)[0], response.source_positions[0])
-    # Listeners look towards the first source, horizontally.
+    # Listeners look towards the first source, horizontally; arrays have the axes of the scene.
     view = response.source_positions[0] - response.receiver_positions
     view[:, 2] = 0
-    np.testing.assert_allclose(sofa.ListenerView, view / np.linalg.norm(view, axis=1, keepdims=True), atol=1e-9)
+    if kind == "array":
+        view[:] = [1, 0, 0]
+        np.testing.assert_array_equal(np.reshape(sofa.ReceiverPosition, (2, 3)), [ARRAY["right"], ARRAY["left"]["position"]])
+    np.testing.assert_allclose(sofa.ListenerView + 0 * view, view / np.linalg.norm(view, axis=1, keepdims=True), atol=1e-9)
     assert sofa.RoomVolume == pytest.approx(210.0)
     with pytest.raises(sonel.Error, match="exists"):
         response.to_sofa(path)
@@ -286,7 +381,11 @@ def test_what_makes_no_sound_is_named(room, response, head, tmp_path):
         (lambda: loaded.impulse_responses(ambix=1), "render it from its map"),
         (lambda: bare.impulse_responses(ambix=1), "--directions"),
         (lambda: bare.impulse_responses(hrtf=head), "--directions"),
-        (lambda: response.impulse_responses(ambix=4), "order 1, 2 or 3"),
+        (lambda: response.impulse_responses(ambix=8), "an order from 1 to 7"),
+        (lambda: response.impulse_responses(ambix=1, array=ARRAY), "ambix and array exclude each other"),
+        (lambda: bare.impulse_responses(array=ARRAY), "--directions"),
+        (lambda: bare.impulse_responses(array=[[0, 0, 1.5]]), "\"microphone 1\" is 1.5 m from its receiver; at most 1 m"),
+        (lambda: bare.impulse_responses(array=[[0, 0, 1, 5]]), "microphones are not positions"),
         (lambda: response.impulse_responses(ambix=1, hrtf=head), "exclude each other"),
         (lambda: response.impulse_responses(sample_rate=7999), "give 8000 to 192000 Hz"),
         (lambda: response.impulse_responses(hrtf=tmp_path / "none.sofa"), "cannot read"),

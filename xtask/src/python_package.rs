@@ -1,7 +1,7 @@
 //! The Python package `sonel` against the programs: same bytes, same messages.
 //!
 //! Here the package is put together from what the workspace has compiled anyway. `cargo xtask accept` builds the wheel that users
-//! get, installs it, repeats these tests with it, checks its types and runs the notebook.
+//! get, installs it, repeats these tests with it, checks its types and runs the notebooks.
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::fs;
@@ -18,7 +18,7 @@ const TESTS: &str = "python/tests";
 const PACKAGE: &str = "target/python/package";
 const WHEEL_ENVIRONMENT: &str = "target/wheel";
 const WHEEL_REQUIREMENTS: &str = "python/requirements-accept.txt";
-const NOTEBOOK: &str = "python/first-hour.ipynb";
+const NOTEBOOKS: [&str; 2] = ["python/first-hour.ipynb", "python/arrays.ipynb"];
 
 /// Tests the package as the workspace compiles it.
 pub fn check() -> Result<()> {
@@ -40,7 +40,7 @@ pub fn check() -> Result<()> {
     shown(tests(&python, &programs).env("PYTHONPATH", root.join(PACKAGE)))
 }
 
-/// Builds the wheel, installs it, tests it, and runs the notebook.
+/// Builds the wheel, installs it, tests it, and runs the notebooks.
 pub fn accept() -> Result<()> {
     let folder = python::environment(WHEEL_ENVIRONMENT, WHEEL_REQUIREMENTS)?;
     let python = folder.join("python");
@@ -49,7 +49,7 @@ pub fn accept() -> Result<()> {
     run(&["-m", "pip", "install", "--quiet", "--force-reinstall", "--no-deps", "./python"])?;
     shown(&mut tests(&python, &programs))?;
     run(&["-m", "mypy", "--strict", "--package", "sonel"])?;
-    run(&["-m", "jupyter", "execute", NOTEBOOK])
+    NOTEBOOKS.iter().try_for_each(|notebook| run(&["-m", "jupyter", "execute", notebook]))
 }
 
 fn tests(python: &Path, programs: &Path) -> Command {

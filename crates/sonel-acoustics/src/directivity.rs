@@ -166,9 +166,15 @@ impl Pattern {
     /// sphere is 1/[`Self::factor`]`(1)`: 1/3 for a cardioid.
     #[must_use]
     pub fn sensitivity(self, cos_angle: f64) -> f64 {
-        let share = self.omnidirectional_share();
-        let pressure = share + (1.0 - share) * cos_angle;
+        let pressure = self.pressure(cos_angle);
         pressure * pressure
+    }
+
+    /// Pressure of a receiver for sound from the angle θ off its aim, relative to its axis, a + (1−a) cos θ: negative behind a figure of eight.
+    #[must_use]
+    pub fn pressure(self, cos_angle: f64) -> f64 {
+        let share = self.omnidirectional_share();
+        share + (1.0 - share) * cos_angle
     }
 }
 

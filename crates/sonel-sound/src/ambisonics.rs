@@ -1,4 +1,4 @@
-//! Ambisonics: spherical harmonics of directions up to order 3, and directions with a mean.
+//! Ambisonics: spherical harmonics of directions up to order 7, and directions with a mean.
 //!
 //! Channels are in the order of ambisonic channel numbers (ACN) with semi-normalisation (SN3D), as in AmbiX [Nachbar2011]: channel 0 is the
 //! pressure, 1, 2 and 3 are y (left), z (up) and x (front). Over all channels of one order the squares add up to 1.
@@ -13,7 +13,7 @@
 use glam::DVec3;
 
 /// Highest order.
-pub const MOST_ORDER: u32 = 3;
+pub const MOST_ORDER: u32 = 7;
 
 /// Axes of the channels in those of the scene, unit vectors at right angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,30 +36,35 @@ impl Frame {
         DVec3::from_array([self.front, self.left, self.up].map(|axis| axis.dot(u)))
     }
 
-    /// Gains of the channels of all orders up to `order`, at most 3, for a unit vector `u` in the axes of the scene.
+    /// Gains of the channels of all orders up to `order` for a unit vector `u` in the axes of the scene: N P_n^|m|(z) times cos mφ or, for
+    /// m < 0, sin |m|φ, by recurrence over the polynomials P_n^m/sin^m θ, from P_m^m = (2m − 1)!! on.
     #[must_use]
     pub fn gains(&self, order: u32, u: DVec3) -> Vec<f64> {
         let [x, y, z] = self.local(u).to_array();
-        let root = |value: f64| value.sqrt();
-        let all = [
-            1.0,
-            y,
-            z,
-            x,
-            root(3.0) * x * y,
-            root(3.0) * y * z,
-            0.5 * (3.0 * z * z - 1.0),
-            root(3.0) * x * z,
-            root(0.75) * (x * x - y * y),
-            root(0.625) * y * (3.0 * x * x - y * y),
-            root(15.0) * x * y * z,
-            root(0.375) * y * (5.0 * z * z - 1.0),
-            0.5 * z * (5.0 * z * z - 3.0),
-            root(0.375) * x * (5.0 * z * z - 1.0),
-            root(3.75) * z * (x * x - y * y),
-            root(0.625) * x * (x * x - 3.0 * y * y),
-        ];
-        all[..channels(order)].to_vec()
+        let mut all = vec![0.0; channels(order)];
+        // sin^m θ cos mφ and sin^m θ sin mφ.
+        let (mut cosine, mut sine) = (1.0, 0.0);
+        let mut sectoral = 1.0;
+        for m in 0..=order as usize {
+            let (mut before, mut legendre) = (0.0, sectoral);
+            // N² = (2 − δ) (n − m)!/(n + m)!
+            let mut square = if m == 0 { 1.0 } else { 2.0 / (1..=2 * m).map(|k| k as f64).product::<f64>() };
+            for n in m..=order as usize {
+                let scaled = f64::sqrt(square) * legendre;
+                all[n * (n + 1) + m] = scaled * cosine;
+                if m > 0 {
+                    all[n * (n + 1) - m] = scaled * sine;
+                }
+                let [degree, step] = [n, m].map(|number| number as f64);
+                let after =
+                    ((2.0 * degree + 1.0) * z * legendre - (degree + step) * before) / (degree - step + 1.0);
+                (before, legendre) = (legendre, after);
+                square *= (degree - step + 1.0) / (degree + step + 1.0);
+            }
+            sectoral *= 2.0 * m as f64 + 1.0;
+            (cosine, sine) = (x * cosine - y * sine, x * sine + y * cosine);
+        }
+        all
     }
 }
 
@@ -174,28 +179,31 @@ mod tests {
         -0.294_264_009_028,
     ];
 
-    /// Orthogonal over the sphere with mean squares of 1/(2n + 1): Gauss quadrature exact for products of order 3.
+    /// Orthogonal over the sphere with mean squares of 1/(2n + 1): Gauss quadrature exact for products of order 7.
     #[test]
     fn orders_are_orthogonal_and_semi_normalised() {
         let frame = Frame::new(LEFT, DVec3::Z);
+        let count = channels(MOST_ORDER);
+        let mut products = vec![vec![0.0; count]; count];
         let nodes = [
-            (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
-            (0.339_981_043_584_856_3, 0.652_145_154_862_546_1),
+            (0.183_434_642_495_649_8, 0.362_683_783_378_362),
+            (0.525_532_409_916_329, 0.313_706_645_877_887_3),
+            (0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
+            (0.960_289_856_497_536_2, 0.101_228_536_290_376_3),
         ];
-        let mut products = [[0.0; 16]; 16];
         for (node, weight) in nodes.into_iter().flat_map(|(z, w)| [(z, w), (-z, w)]) {
-            for step in 0..8 {
-                let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(step) / 8.0);
+            for step in 0..16 {
+                let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(step) / 16.0);
                 let sine = libm::sqrt(1.0 - node * node);
-                let gains = frame.gains(3, dvec3(sine * cos, sine * sin, node));
+                let gains = frame.gains(MOST_ORDER, dvec3(sine * cos, sine * sin, node));
                 for (row, a) in products.iter_mut().zip(&gains) {
-                    row.iter_mut().zip(&gains).for_each(|(sum, b)| *sum += weight * a * b / 16.0);
+                    row.iter_mut().zip(&gains).for_each(|(sum, b)| *sum += weight * a * b / 32.0);
                 }
             }
         }
         for (a, row) in products.iter().enumerate() {
             for (b, product) in row.iter().enumerate() {
-                let order = (0..4).find(|order| a < channels(*order)).unwrap();
+                let order = (0..=MOST_ORDER).find(|order| a < channels(*order)).unwrap();
                 let expected = if a == b { 1.0 / f64::from(2 * order + 1) } else { 0.0 };
                 assert!((product - expected).abs() < 1e-12, "{a} {b}: {product}");
             }

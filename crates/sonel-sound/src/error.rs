@@ -31,9 +31,60 @@ pub enum SoundError {
         "the response holds no directions, which ambisonics and binaural responses need: render with --directions"
     )]
     NoDirections,
+    /// An array without microphones.
+    #[error("the array has no microphones: give at least one")]
+    NoMicrophones,
+    /// A microphone that cannot be used.
+    #[error("microphone \"{name}\" is {problem}")]
+    Microphone {
+        /// Its name.
+        name: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// An array about a directional receiver.
+    #[error(
+        "receiver \"{receiver}\" is directional: an array is about an omnidirectional one, its microphones have directivities"
+    )]
+    DirectionalReceiver {
+        /// Its name.
+        receiver: String,
+    },
     /// The file is no WAV file, a damaged one, or of a coding that is not read.
     #[error("this is not a WAV file of integer or float samples, or it is damaged: {0}")]
     Wav(hound::Error),
+    /// A path that nobody can go.
+    #[error("point {number} {problem}")]
+    Path {
+        /// Number of the waypoint, from 1.
+        number: usize,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A path through a source.
+    #[error(
+        "{time_s:.3} s after the beginning of the path the listener is less than 1 cm from a source: lead the path around it"
+    )]
+    ThroughSource {
+        /// Time since its beginning [s].
+        time_s: f64,
+    },
+    /// A response of other places than those of a path.
+    #[error("the response has {found} receivers, the path has {expected} places: render it at these")]
+    Places {
+        /// Receivers.
+        found: usize,
+        /// Places.
+        expected: usize,
+    },
+    /// A file that WAV cannot hold.
+    #[error(
+        "the sound has {bytes} bytes, a WAV file holds less than 4 GiB: make fewer channels or a lower sample rate"
+    )]
+    TooLarge {
+        /// Of all samples.
+        bytes: u64,
+    },
     /// A file cannot be read or written.
     #[error(transparent)]
     File(#[from] std::io::Error),

@@ -7,15 +7,19 @@
 //! |P|² does not depend on the rate. To convert a response to another rate like a recording changes it by the ratio of the rates: 9.5 dB from 48 to
 //! 16 kHz. So it is made at the rate that is wanted; bands above half of it are left out.
 
+use std::sync::OnceLock;
+
 use glam::DVec3;
 use realfft::num_complex::Complex;
 use sonel_echogram::Response;
 
 use crate::ambisonics::{Frame, channels};
 use crate::crossover::{Crossover, NARROW};
+use crate::fractional::Table;
 use crate::head::{self, Head};
 use crate::matching::{Gains, Matching};
-use crate::plane_waves::PlaneWaves;
+use crate::microphones::{self, Microphone};
+use crate::plane_waves::{PlaneWave, PlaneWaves};
 use crate::pulses::Pulses;
 use crate::transform::{Spectrum, Transform, through};
 use crate::{SAMPLE_RATE_HZ, SoundError, fractional};
@@ -39,17 +43,23 @@ impl Default for SoundSettings {
     }
 }
 
+/// How far a listener may be beyond the receivers [m].
+const MARGIN: f64 = 1.0;
+
 /// Makes impulse responses of one response.
 pub struct Synthesizer<'a> {
-    response: &'a Response,
-    settings: SoundSettings,
+    pub(crate) response: &'a Response,
+    pub(crate) settings: SoundSettings,
     /// Samples of an impulse response.
-    samples: usize,
+    pub(crate) samples: usize,
     /// Silence about the response in which the filters of bands ring behind those of a head [samples]: 0.17 s.
-    padding: usize,
+    pub(crate) padding: usize,
     crossover: Crossover,
+    /// Waves of every source that reach its receivers, drawn when they are first needed. [S]
+    waves: Vec<OnceLock<Vec<PlaneWave>>>,
     matching: Option<Matching>,
-    transform: Transform,
+    table: Table,
+    pub(crate) transform: Transform,
 }
 
 impl<'a> Synthesizer<'a> {
@@ -67,7 +77,10 @@ impl<'a> Synthesizer<'a> {
         let matching = settings
             .is_matched
             .then(|| Matching::new(&response.center_frequency_hz, (rate, place), step_hz, count));
-        Self { response, settings, samples, padding, crossover, matching, transform: Transform::new(length) }
+        let waves = vec![OnceLock::new(); response.sources()];
+        let transform = Transform::new(length);
+        let table = Table::new();
+        Self { response, settings, samples, padding, crossover, waves, matching, table, transform }
     }
 
     /// Pressure of source `s` at receiver `r` relative to a free field at 1 m, from the emission to the end of the echogram.
@@ -79,7 +92,22 @@ impl<'a> Synthesizer<'a> {
         Ok(self.filtered(&pulses, &self.rounds(&pulses), |_| &[1.0]))
     }
 
-    /// The same in ambisonics up to `order`, at most 3, with `up` a unit vector: the left side is the lateral axis of the receiver. Channel 0 is
+    /// The same at every microphone of an array about the receiver. Late sound of a response with directions reaches them from those.
+    ///
+    /// # Errors
+    /// The errors of [`Self::impulse_response`], and those of [`microphones::check`] and [`microphones::displaced`].
+    pub fn array(&self, (s, r): (usize, usize), array: &[Microphone]) -> Result<Vec<Vec<f32>>, SoundError> {
+        microphones::check(self.response, array)?;
+        let pulses = self.pulses((s, r))?;
+        let rounds = self.rounds(&pulses);
+        let of_microphone = |microphone: &Microphone| {
+            let pulses = microphones::displaced(&pulses, microphone, self.response.speed_of_sound)?;
+            Ok(self.filtered(&pulses, &rounds, |_| &[1.0]))
+        };
+        array.iter().map(of_microphone).collect()
+    }
+
+    /// The same in ambisonics up to `order`, at most [`crate::ambisonics::MOST_ORDER`], with `up` a unit vector: the left side is the lateral axis of the receiver. Channel 0 is
     /// the impulse response itself.
     ///
     /// # Errors
@@ -120,9 +148,24 @@ impl<'a> Synthesizer<'a> {
     }
 
     fn pulses(&self, (s, r): (usize, usize)) -> Result<Pulses, SoundError> {
-        let SoundSettings { seed, volume, .. } = self.settings;
-        let waves = PlaneWaves::new(seed, s, volume, self.response.speed_of_sound);
-        Pulses::new(self.response, (s, r), waves)
+        Pulses::new(self.response, (s, r), self.waves(s))
+    }
+
+    /// The waves of source `s` that reach its receivers and places between them.
+    pub(crate) fn waves(&self, s: usize) -> &[PlaneWave] {
+        let draw = || {
+            let SoundSettings { seed, volume, .. } = self.settings;
+            let response = self.response;
+            let source = DVec3::from_array(response.source_positions[s]);
+            let distances =
+                response.receiver_positions.iter().map(|place| source.distance(DVec3::from_array(*place)));
+            let margin = (distances.fold(0.0, f64::max) + MARGIN) / response.speed_of_sound;
+            let ends = [response.time_edges_s.first(), response.time_edges_s.last()];
+            let [first, last] = ends.map(|end| end.copied().unwrap_or(0.0));
+            let waves = PlaneWaves::new(seed, s, volume, response.speed_of_sound);
+            waves.between(first - margin, last + margin).collect()
+        };
+        self.waves[s].get_or_init(draw)
     }
 
     fn directed_pulses(&self, (s, r): (usize, usize), up: DVec3) -> Result<(Pulses, Frame), SoundError> {
@@ -138,6 +181,12 @@ impl<'a> Synthesizer<'a> {
         self.matching.as_ref().map(rounds).unwrap_or_default()
     }
 
+    /// Samples from the emission to the end of the echogram of a spectrum.
+    pub(crate) fn pressure(&self, spectrum: Spectrum) -> Vec<f32> {
+        let pressure = self.transform.signal(spectrum);
+        pressure[self.padding..self.padding + self.samples].iter().map(|value| *value as f32).collect()
+    }
+
     /// The sum of all pulses, each with the taps of a filter, matched.
     fn filtered<'t>(
         &self,
@@ -151,28 +200,40 @@ impl<'a> Synthesizer<'a> {
         {
             spectrum = matching.multiplied(&self.transform, &spectrum, gains);
         }
-        let pressure = self.transform.signal(spectrum);
-        pressure[self.padding..self.padding + self.samples].iter().map(|value| *value as f32).collect()
+        self.pressure(spectrum)
     }
 
     /// Spectrum of the sum of all pulses, each with the taps of a filter, in their bands.
-    fn spectrum<'t>(&self, pulses: &Pulses, taps_of: impl Fn(usize) -> &'t [f64]) -> Spectrum {
+    pub(crate) fn spectrum<'t>(&self, pulses: &Pulses, taps_of: impl Fn(usize) -> &'t [f64]) -> Spectrum {
         let bands = self.response.bands();
         let mut trains = vec![self.transform.silence(); bands];
-        let mut convolved = Vec::new();
-        let all = pulses.time.iter().zip(pulses.amplitude.chunks_exact(bands));
-        for (pulse, (time, amplitude)) in all.enumerate() {
-            let (first, values) = fractional::pulse(time * f64::from(self.settings.sample_rate_hz));
-            let taps = taps_of(pulse);
-            convolved.clear();
-            convolved.resize(values.len() + taps.len() - 1, 0.0);
-            for (at, tap) in taps.iter().enumerate() {
-                convolved[at..].iter_mut().zip(&values).for_each(|(sum, value)| *sum += tap * value);
+        let mut order: Vec<usize> = (0..pulses.time.len()).collect();
+        order.sort_by_key(|pulse| pulses.shape[*pulse]);
+        // All pulses of a shape, and from where on.
+        let mut sum = Vec::new();
+        for alike in order.chunk_by(|a, b| pulses.shape[*a] == pulses.shape[*b]) {
+            let place = |pulse: usize| pulses.time[pulse] * f64::from(self.settings.sample_rate_hz);
+            let begin =
+                alike.iter().map(|pulse| place(*pulse)).fold(f64::INFINITY, f64::min).floor() as isize;
+            let begin = begin + 1 - fractional::HALF as isize;
+            sum.clear();
+            for &pulse in alike {
+                // Those of late sound are too many to be exact.
+                let at = place(pulse);
+                let (first, mut values) =
+                    if pulse < pulses.listed { fractional::pulse(at) } else { self.table.pulse(at) };
+                values.iter_mut().for_each(|value| *value *= pulses.gain[pulse]);
+                let (first, taps) = ((first - begin) as usize, taps_of(pulse));
+                let end = first + values.len() + taps.len() - 1;
+                sum.resize(sum.len().max(end), 0.0);
+                for (at, tap) in taps.iter().enumerate() {
+                    sum[first + at..].iter_mut().zip(&values).for_each(|(sum, value)| *sum += tap * value);
+                }
             }
-            let first = self.padding.saturating_add_signed(first);
-            for (train, amplitude) in trains.iter_mut().zip(amplitude) {
-                let places = train[first..].iter_mut().zip(&convolved);
-                places.for_each(|(sum, value)| *sum += amplitude * value);
+            let shape = pulses.shape(pulses.shape[alike[0]] as usize, bands);
+            let first = self.padding.saturating_add_signed(begin);
+            for (train, amplitude) in trains.iter_mut().zip(shape) {
+                train[first..].iter_mut().zip(&sum).for_each(|(all, value)| *all += amplitude * value);
             }
         }
         let mut sum = Vec::new();
@@ -304,13 +365,13 @@ mod tests {
                 order: vec![1; count],
                 kind: vec![1; count],
             };
-            let waves = PlaneWaves::new(1, 0, None, 343.0);
-            let pulses = Pulses::new(&response, (0, 0), waves).unwrap();
+            let waves: Vec<_> = PlaneWaves::new(1, 0, None, 343.0).between(0.0, 0.2).collect();
+            let pulses = Pulses::new(&response, (0, 0), &waves).unwrap();
             assert_eq!(pulses.time.len(), count, "rounding is no sound");
             // An arrival that the bin has not is still an error.
             let before = response.energy[12];
             response.energy[12] = before * 0.999_999;
-            assert!(Pulses::new(&response, (0, 0), waves).is_err());
+            assert!(Pulses::new(&response, (0, 0), &waves).is_err());
         }
     }
 

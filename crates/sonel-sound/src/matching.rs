@@ -116,11 +116,11 @@ impl Matching {
         let last = place.len() - 1;
         let sample = |time: f64| (libm::round(time * self.rate) as usize).min(last);
         let bands = self.analysers.len();
-        let listed = pulses.time.iter().zip(pulses.amplitude.chunks_exact(bands)).take(pulses.listed);
+        let listed = pulses.time.iter().zip(pulses.shapes.chunks_exact(bands)).take(pulses.listed);
         for (time, amplitude) in listed {
             place[sample(*time)] += amplitude[band] * amplitude[band];
         }
-        for Late { begin, end, squared } in &pulses.late {
+        for Late { begin, end, squared, .. } in &pulses.late {
             let samples = sample(*begin)..sample(*end).max(sample(*begin) + 1).min(last + 1);
             let share = squared[band] / samples.len() as f64;
             place[samples].iter_mut().for_each(|sum| *sum += share);

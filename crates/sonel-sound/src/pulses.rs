@@ -7,14 +7,14 @@
 //! the part of the bin that it stands for: E/Δ of a bin of width Δ over the waves per second. Their signs are random, so that the
 //! expected energy of a sum is the sum of the energies, as the echogram has it.
 //!
-//! Where the response has directions, an arrival has its own, and the pulses of a bin have those of their waves, moved so that their mean is that
+//! An arrival has its direction, and the pulses of a bin have those of their waves; where the response has directions, moved so that their mean is that
 //! of the bin, over all bands ([`crate::ambisonics`]). Delays between receivers stay those of the waves: noise in the mean directions of two
 //! receivers does not take their pulses apart.
 
 use glam::DVec3;
 use sonel_echogram::Response;
 
-use crate::plane_waves::{PlaneWave, PlaneWaves, SPARSEST};
+use crate::plane_waves::{PlaneWave, SPARSEST};
 use crate::{SoundError, ambisonics};
 
 /// Squared amplitude of a pulse for a fluence of 1/m²: 4π, so that direct sound is 1/r.
@@ -31,6 +31,8 @@ pub struct Late {
     pub end: f64,
     /// Sum of squared amplitudes in every band. [B]
     pub squared: Vec<f64>,
+    /// Sum of squared amplitudes times their directions, over all bands; zero where the response has no directions.
+    pub moment: DVec3,
 }
 
 /// Pulses of one source at one receiver.
@@ -38,22 +40,43 @@ pub struct Late {
 pub struct Pulses {
     /// Time of each, from the emission on [s]. [P]
     pub time: Vec<f64>,
-    /// Amplitude in every band, relative to a free field at 1 m. [P, B]
-    pub amplitude: Vec<f64>,
+    /// Its amplitude in every band is this times its shape. [P]
+    pub gain: Vec<f64>,
+    /// Number of its shape: each listed arrival has its own, late sound that of its time bin. [P]
+    pub shape: Vec<u32>,
+    /// Amplitudes in every band, relative to a free field at 1 m. [shapes, B]
+    pub shapes: Vec<f64>,
     /// How many of them are listed arrivals: the first ones.
     pub listed: usize,
     /// What the others are drawn from, one for each time bin. [T]
     pub late: Vec<Late>,
-    /// Unit vector towards where each comes from, in the axes of the scene; empty where the response has no directions. [P]
+    /// Unit vector towards where each comes from, in the axes of the scene; of late sound of a response without directions that of its wave. [P]
     pub direction: Vec<DVec3>,
 }
 
 impl Pulses {
-    /// Pulses of source `s` at receiver `r`, whose late sound comes with these `waves`.
+    /// Pulses of source `s` at receiver `r`, whose late sound comes with these `waves`, all that reach it.
     ///
     /// # Errors
     /// When listed arrivals are not part of the echogram.
-    pub fn new(response: &Response, (s, r): (usize, usize), waves: PlaneWaves) -> Result<Self, SoundError> {
+    pub fn new(response: &Response, (s, r): (usize, usize), waves: &[PlaneWave]) -> Result<Self, SoundError> {
+        let mut pulses = Self::of_arrivals(response, (s, r))?;
+        let late = std::mem::take(&mut pulses.late);
+        pulses.add_waves(
+            response,
+            s,
+            (DVec3::from_array(response.receiver_positions[r]), &[(1.0, &late)]),
+            waves,
+        );
+        pulses.late = late;
+        Ok(pulses)
+    }
+
+    /// The listed arrivals alone, with the late sound that waves are to be drawn from.
+    ///
+    /// # Errors
+    /// When listed arrivals are not part of the echogram.
+    pub(crate) fn of_arrivals(response: &Response, (s, r): (usize, usize)) -> Result<Self, SoundError> {
         let mut pulses = Self::default();
         let echograms: Vec<&[f64]> =
             (0..response.bands()).map(|band| response.echogram(s, r, band)).collect();
@@ -71,43 +94,65 @@ impl Pulses {
             let (begin, end) = (edges[0], edges[1]);
             // Nothing is scattered to the receiver before its direct sound, behind which a wave has to fit.
             let begin = if direct < end { begin.max(direct.min(end - 1.0 / SPARSEST)) } else { begin };
-            Late { begin, end, squared: rest.iter().map(|band| PRESSURE_OF_FLUENCE * band[bin]).collect() }
+            let squared = rest.iter().map(|band| PRESSURE_OF_FLUENCE * band[bin]).collect();
+            Late {
+                begin,
+                end,
+                squared,
+                moment: moment.get(bin).map_or(DVec3::ZERO, |moment| PRESSURE_OF_FLUENCE * *moment),
+            }
         };
         pulses.late = response.time_edges_s.windows(2).enumerate().map(late).collect();
-        pulses.add_waves(response, (s, r), &moment, waves);
         Ok(pulses)
     }
 
-    /// Adds the waves of late sound, whose bins have these moments.
-    fn add_waves(
+    /// Adds the waves of source `s` at a place, whose energies are the weighted sum of those of one or more receivers.
+    pub(crate) fn add_waves(
         &mut self,
         response: &Response,
-        (s, r): (usize, usize),
-        moment: &[DVec3],
-        waves: PlaneWaves,
+        s: usize,
+        (place, late): (DVec3, &[(f64, &[Late])]),
+        waves: &[PlaneWave],
     ) {
         let edges = &response.time_edges_s;
-        let [source, receiver] =
-            [response.source_positions[s], response.receiver_positions[r]].map(DVec3::from_array);
-        let offset = (receiver - source) / response.speed_of_sound;
-        let (first, last) = (edges.first().copied().unwrap_or(0.0), edges.last().copied().unwrap_or(0.0));
-        for PlaneWave { time, towards, sign, density } in
-            waves.between(first - offset.length(), last + offset.length())
-        {
+        let offset = (place - DVec3::from_array(response.source_positions[s])) / response.speed_of_sound;
+        let bands = response.bands();
+        let first = self.shapes.len() / bands;
+        let mut means = Vec::with_capacity(response.bins());
+        // Nothing is scattered to the place before the earliest direct sound.
+        let mut begins = Vec::with_capacity(response.bins());
+        for bin in 0..response.bins() {
+            let (mut moment, mut begin) = (DVec3::ZERO, f64::INFINITY);
+            let mut squared = vec![0.0; bands];
+            for (weight, late) in late.iter().filter(|(weight, _)| *weight > 0.0) {
+                let late = &late[bin];
+                let share = weight / (late.end - late.begin);
+                squared.iter_mut().zip(&late.squared).for_each(|(sum, squared)| *sum += share * squared);
+                moment += share * late.moment;
+                begin = begin.min(late.begin);
+            }
+            let all: f64 = squared.iter().sum();
+            begins.push(if all > 0.0 { begin } else { f64::INFINITY });
+            means.push(if moment == DVec3::ZERO { DVec3::ZERO } else { moment / all });
+            self.shapes.extend(squared.into_iter().map(f64::sqrt));
+        }
+        for &PlaneWave { time, towards, sign, density } in waves {
             let time = time - towards.dot(offset);
             let Some(bin) = edges.partition_point(|edge| *edge <= time).checked_sub(1) else { continue };
-            let Some(Late { begin, end, squared }) = self.late.get(bin) else { continue };
-            let all: f64 = squared.iter().sum();
-            if time < *begin || all <= 0.0 {
+            if begins.get(bin).is_none_or(|begin| time < *begin) {
                 continue;
             }
-            let share = 1.0 / (density * (end - begin));
             self.time.push(time);
-            self.amplitude.extend(squared.iter().map(|squared| sign * (squared * share).sqrt()));
-            if let Some(moment) = moment.get(bin) {
-                self.direction.push(ambisonics::moved(towards, PRESSURE_OF_FLUENCE * *moment / all));
-            }
+            self.gain.push(sign / density.sqrt());
+            self.shape.push((first + bin) as u32);
+            let is_even = means[bin] == DVec3::ZERO;
+            self.direction.push(if is_even { towards } else { ambisonics::moved(towards, means[bin]) });
         }
+    }
+
+    /// Amplitudes of a shape in every band.
+    pub(crate) fn shape(&self, number: usize, bands: usize) -> &[f64] {
+        &self.shapes[number * bands..(number + 1) * bands]
     }
 
     /// Adds the listed arrivals and takes their energy out of `rest`, the echogram of every band, and out of the moments.
@@ -132,11 +177,13 @@ impl Pulses {
             }
             self.time.push(time);
             // A pulse of amplitude a has the spectrum a² at all frequencies, so that its band mean is 4πF whatever the width of the band.
-            self.amplitude.extend(energy.iter().map(|energy| (PRESSURE_OF_FLUENCE * energy).sqrt()));
+            self.shape.push(self.gain.len() as u32);
+            self.gain.push(1.0);
+            self.shapes.extend(energy.iter().map(|energy| (PRESSURE_OF_FLUENCE * energy).sqrt()));
+            let direction = DVec3::from_slice(&arrivals.direction[3 * a..]);
+            self.direction.push(direction);
             if let Some(moment) = moment.get_mut(bin) {
-                let direction = DVec3::from_slice(&arrivals.direction[3 * a..]);
                 *moment -= direction * energy.iter().sum::<f64>();
-                self.direction.push(direction);
             }
         }
         Ok(())

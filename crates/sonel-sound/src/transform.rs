@@ -26,6 +26,11 @@ impl Transform {
         self.forward.make_input_vec()
     }
 
+    /// How many frequencies a spectrum has.
+    pub(crate) fn frequencies(&self) -> usize {
+        self.forward.complex_len()
+    }
+
     /// Spectrum of a signal.
     pub(crate) fn spectrum(&self, mut signal: Vec<f64>) -> Spectrum {
         let mut spectrum = self.forward.make_output_vec();

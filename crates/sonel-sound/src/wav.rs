@@ -1,8 +1,8 @@
 //! WAV files: integer or float samples in, 32-bit float samples out.
 
-use std::io::{Read, Seek, Write};
+use std::io::{Read, Write};
 
-use hound::{SampleFormat, WavReader, WavSpec, WavWriter};
+use hound::{SampleFormat, WavReader, WavSpec};
 
 use crate::SoundError;
 
@@ -44,42 +44,69 @@ impl Recording {
         Ok(Self { sample_rate_hz: sample_rate, channels: (0..count).map(channel).collect() })
     }
 
-    /// Writes a WAV file of 32-bit float samples.
+    /// Writes a WAV file of 32-bit float samples. More than two channels are those of no loudspeakers; the library knows only up to 32 of those.
     ///
     /// # Errors
-    /// When `out` cannot be written.
-    pub fn write(&self, out: impl Write + Seek) -> Result<(), SoundError> {
-        let spec = WavSpec {
-            channels: self.channels.len() as u16,
-            sample_rate: self.sample_rate_hz,
-            bits_per_sample: 32,
-            sample_format: SampleFormat::Float,
-        };
-        let mut writer = WavWriter::new(out, spec)?;
-        for index in 0..self.channels.first().map_or(0, Vec::len) {
-            for channel in &self.channels {
-                writer.write_sample(channel[index])?;
-            }
+    /// When `out` cannot be written, or the file would have 4 GiB.
+    pub fn write(&self, mut out: impl Write) -> Result<(), SoundError> {
+        let (channels, frames) = (self.channels.len(), self.channels.first().map_or(0, Vec::len));
+        let bytes = 4 * channels as u64 * frames as u64;
+        let too_large = || SoundError::TooLarge { bytes };
+        let size =
+            u32::try_from(bytes).ok().filter(|bytes| *bytes < u32::MAX - HEADER).ok_or_else(too_large)?;
+        let (count, align) =
+            u16::try_from(channels).ok().zip(u16::try_from(4 * channels).ok()).ok_or_else(too_large)?;
+        let mask: u32 = if channels <= 2 { (1 << channels) - 1 } else { 0 };
+        let rate = self.sample_rate_hz;
+        let mut header = Vec::new();
+        header.extend(b"RIFF");
+        header.extend((HEADER - 8 + size).to_le_bytes());
+        header.extend(b"WAVEfmt ");
+        header.extend(40_u32.to_le_bytes());
+        header.extend([EXTENSIBLE, count].map(u16::to_le_bytes).as_flattened());
+        header.extend([rate, rate.saturating_mul(u32::from(align))].map(u32::to_le_bytes).as_flattened());
+        header.extend([align, 32, 22, 32].map(u16::to_le_bytes).as_flattened());
+        header.extend(mask.to_le_bytes());
+        header.extend(FLOAT);
+        header.extend(b"fact\x04\0\0\0");
+        header.extend((frames as u32).to_le_bytes());
+        header.extend(b"data");
+        header.extend(size.to_le_bytes());
+        out.write_all(&header)?;
+        let mut frame = Vec::with_capacity(4 * channels);
+        for index in 0..frames {
+            frame.clear();
+            self.channels.iter().for_each(|channel| frame.extend(channel[index].to_le_bytes()));
+            out.write_all(&frame)?;
         }
-        Ok(writer.finalize()?)
+        Ok(out.flush()?)
     }
 }
+
+/// Bytes before the samples.
+const HEADER: u32 = 80;
+/// Format tag of a file whose header states an identifier of the samples' type.
+const EXTENSIBLE: u16 = 0xfffe;
+/// That of 32-bit float samples: KSDATAFORMAT_SUBTYPE_IEEE_FLOAT.
+const FLOAT: [u8; 16] = [3, 0, 0, 0, 0, 0, 0x10, 0, 0x80, 0, 0, 0xaa, 0, 0x38, 0x9b, 0x71];
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hound::WavWriter;
     use std::io::Cursor;
 
     #[test]
     fn what_is_written_is_read_back_to_the_bit() {
-        let written = Recording {
-            sample_rate_hz: 48_000,
-            channels: vec![vec![1.5e-7, -3.0, 0.1], vec![0.0, 2.0, -1e6]],
-        };
-        let mut file = Cursor::new(Vec::new());
-        written.write(&mut file).unwrap();
-        file.set_position(0);
-        assert_eq!(Recording::read(file).unwrap(), written);
+        for channels in [1, 2, 64] {
+            let channel = |number: usize| vec![1.5e-7 * number as f32, -3.0, 0.1];
+            let written =
+                Recording { sample_rate_hz: 48_000, channels: (0..channels).map(channel).collect() };
+            let mut file = Vec::new();
+            written.write(&mut file).unwrap();
+            assert_eq!(file.len(), HEADER as usize + 12 * channels);
+            assert_eq!(Recording::read(&file[..]).unwrap(), written);
+        }
     }
 
     #[test]

@@ -9,12 +9,18 @@ use sonel_study::room_decay::RoomDecay;
 pub fn report(checkup: &Checkup) -> Value {
     let errors: Vec<String> = checkup.problems.iter().map(ToString::to_string).collect();
     json!({
-        "room": checkup.room.as_ref().map(room_json),
+        "room": room(checkup),
         "notes": notes(checkup),
         "errors": errors,
         "warnings": checkup.warnings,
         "faults": checkup.faults,
     })
+}
+
+/// Sizes, areas and statistical times alone, which need no trace; null where there are none.
+#[must_use]
+pub fn room(checkup: &Checkup) -> Value {
+    checkup.room.as_ref().map_or(Value::Null, room_json)
 }
 
 /// The notes of `checkup`, and one where a short trace shows that Sabine's time does not hold.

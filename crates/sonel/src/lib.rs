@@ -79,7 +79,7 @@ pub use render::{
 pub use response::{Parameters, Response, Surroundings};
 pub use scene::{Material, Scene, SceneBuilder, check_file};
 #[cfg(feature = "sound")]
-pub use sound::{Channels, SoundOptions};
+pub use sound::{Channels, SPACINGS, SoundOptions, microphone, places};
 pub use store::TemporaryMaps;
 pub use trace::{PreparedTrace, TraceOptions, Traced, VERSION as TRACER_VERSION};
 pub use variants::{Alternatives, Variants};
@@ -91,7 +91,7 @@ pub use sonel_renderer::{Estimator, ReceiverPoint, Sensitivity};
 pub use sonel_scene::checkup::Checkup;
 pub use sonel_scene::{Document, PolygonMesh, Value};
 #[cfg(feature = "sound")]
-pub use sonel_sound::Head;
+pub use sonel_sound::{Head, Microphone, Path, Waypoint};
 pub use sonel_study::effects::{Effect, EffectSpec as Effects};
 pub use sonel_study::pipeline::{Clock, InMemory, MapStore};
 pub use sonel_study::plan::Plan;

@@ -1,21 +1,27 @@
 //! Impulse responses: pressure synthesised from the energies of a response.
 
+use std::ops::RangeInclusive;
+
 use glam::DVec3;
 use rayon::prelude::*;
-use sonel_sound::{Head, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ, SoundSettings, Synthesizer};
+use sonel_sound::{
+    Head, Listener, Microphone, Path, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ, SoundSettings, Synthesizer,
+};
 
 use crate::response::Surroundings;
-use crate::{Error, Response, Result};
+use crate::{Error, ReceiverPoint, Response, Result};
 
 /// Channels of an impulse response.
 #[derive(Debug, Clone, Copy)]
 pub enum Channels<'a> {
     /// Pressure at the receiver.
     Single,
-    /// Ambisonics of an order 1 … 3: ACN, SN3D. The response needs directions.
+    /// Ambisonics of an order 1 … 7: ACN, SN3D. The response needs directions.
     Ambisonics(u32),
     /// Left and right ear of a head. The response needs directions.
     Ears(&'a Head),
+    /// Microphones about each receiver. Directional ones need directions.
+    Array(&'a [Microphone]),
 }
 
 /// How impulse responses are made.
@@ -35,17 +41,57 @@ impl Default for SoundOptions {
     }
 }
 
+/// The microphone of a point relative to a receiver [m], in the axes of the scene.
+#[must_use]
+pub fn microphone(ReceiverPoint { name, position, sensitivity }: ReceiverPoint) -> Microphone {
+    Microphone { name, position, pattern: sensitivity.pattern, aim: sensitivity.aim }
+}
+
+/// Distances between the places along a path [m].
+pub const SPACINGS: RangeInclusive<f64> = 0.01..=10.0;
+
+/// The places along a path at which [`Response::walk`] needs a response, at most `spacing` apart [m], named by the length of the path up to them.
+#[must_use]
+pub fn places(path: &Path, spacing: f64) -> Vec<ReceiverPoint> {
+    let places = path.places(spacing);
+    let step = path.length() / (places.len() - 1).max(1) as f64;
+    let place = |(index, place)| ReceiverPoint::omni(&format!("{:.3} m", index as f64 * step), place);
+    places.into_iter().enumerate().map(place).collect()
+}
+
 impl Response {
-    /// Impulse responses of all sources at all receivers, [S × R, channels, samples]: pressure synthesised from the energies. Direct
-    /// sound is 1/r, sample 0 is the emission.
+    /// What a listener hears of a `signal` that every source sends from the first time of the path on, [S, channels, samples]: delays of direct
+    /// sound and listed reflections are exact at every sample, late sound fades between responses 2 cm apart. The response is that of the
+    /// [`places`] of the path. Axes of ambisonics and arrays are those of the scene.
     ///
     /// # Errors
-    /// When the sample rate is out of range. Where channels need directions: when the response was read from a file or has none.
-    pub fn impulse_responses(
+    /// When the response is one of other places, the sample rate is out of range, ears are asked for, or the path leads through a source. The
+    /// errors of [`Self::impulse_responses`].
+    pub fn walk(
         &self,
+        (path, spacing): (&Path, f64),
         channels: Channels<'_>,
+        signal: &[f32],
         options: SoundOptions,
     ) -> Result<Vec<Vec<Vec<f32>>>> {
+        let (settings, up) = self.settings(channels, options)?;
+        let listener = match channels {
+            Channels::Single => Listener::Point,
+            Channels::Array(microphones) => Listener::Array(microphones),
+            Channels::Ambisonics(order) => Listener::Ambisonics(order, up),
+            Channels::Ears(_) => {
+                return Err(Error::refused(
+                    "a walk has no ears: make ambisonics and decode them for two ears",
+                ));
+            }
+        };
+        let e = self.echograms();
+        let of_source = |s| sonel_sound::walk(e, settings, s, (path, spacing), listener, signal);
+        Ok((0..e.sources()).map(of_source).collect::<Result<_, _>>()?)
+    }
+
+    /// Settings of the synthesis, and the direction up.
+    fn settings(&self, channels: Channels<'_>, options: SoundOptions) -> Result<(SoundSettings, DVec3)> {
         let Surroundings { volume, up, seed: own } = self.surroundings();
         let SoundOptions { seed, sample_rate_hz, is_matched } = options;
         if !SAMPLE_RATES_HZ.contains(&sample_rate_hz) {
@@ -54,7 +100,7 @@ impl Response {
             )));
         }
         let up = match (channels, up) {
-            (Channels::Single, _) => DVec3::Z,
+            (Channels::Single | Channels::Array(_), _) => DVec3::Z,
             (_, Some(up)) => up,
             (_, None) => {
                 return Err(Error::refused(
@@ -62,14 +108,28 @@ impl Response {
                 ));
             }
         };
+        Ok((SoundSettings { volume, seed: seed.unwrap_or(own), sample_rate_hz, is_matched }, up))
+    }
+
+    /// Impulse responses of all sources at all receivers, [S × R, channels, samples]: pressure synthesised from the energies. Direct
+    /// sound is 1/r, sample 0 is the emission.
+    ///
+    /// # Errors
+    /// When the sample rate is out of range. When a microphone cannot be where it is. Where channels need directions: when the response was read from a file or has none.
+    pub fn impulse_responses(
+        &self,
+        channels: Channels<'_>,
+        options: SoundOptions,
+    ) -> Result<Vec<Vec<Vec<f32>>>> {
+        let (settings, up) = self.settings(channels, options)?;
         let e = self.echograms();
-        let settings = SoundSettings { volume, seed: seed.unwrap_or(own), sample_rate_hz, is_matched };
         let synthesizer = Synthesizer::new(e, settings);
         let pairs: Vec<(usize, usize)> =
             (0..e.sources()).flat_map(|s| (0..e.receivers()).map(move |r| (s, r))).collect();
         let of_pair = |pair: (usize, usize)| match channels {
             Channels::Ambisonics(order) => synthesizer.ambisonics(pair, order, up),
             Channels::Ears(head) => synthesizer.binaural(pair, head, up),
+            Channels::Array(microphones) => synthesizer.array(pair, microphones),
             Channels::Single => Ok(vec![synthesizer.impulse_response(pair.0, pair.1)?]),
         };
         Ok(pairs.into_par_iter().map(of_pair).collect::<Result<_, _>>()?)

@@ -13,30 +13,60 @@ logger "sonel". `docs/python.md` in the repository has examples.
 
 from __future__ import annotations
 
+import importlib
 import logging
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Union
+from typing import TYPE_CHECKING, Any, TypeVar, Union
 
 import numpy as np
 
-from . import _sonel
-from ._sonel import Error
+from . import _rooms, _sonel
+from ._rooms import RandomRooms
+from ._sonel import Error, __version__
 
 if TYPE_CHECKING:
     import pandas
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Error", "Map", "Response", "Scene", "check", "trace"]
+__all__ = ["Error", "Map", "RandomRooms", "Response", "Scene", "__version__", "check", "dataset", "random_rooms", "trace"]
 
 _Path = Union[str, "os.PathLike[str]"]
 _Progress = Union[None, bool, Callable[[str, float], object]]
 _Points = Union["ArrayLike", Mapping[str, Any]]
 _Materials = Union[float, str, Mapping[str, Any]]
 
+# Arrays of docs/formats/response.md but format_version and digest.
+_LATERAL = ["lateral_energy", "lateral_energy_batches", "lateral_kernel_difference_batches"]
+_CROSS = [key.replace("lateral", "lateral_cross", 1) for key in _LATERAL]
+_KEYS = (
+    "center_frequency_hz time_edges_s receiver_name receiver_position_m receiver_directivity receiver_aim receiver_diffuse_sensitivity "
+    "source_name source_position_m source_power_level_db speed_of_sound characteristic_impedance direct_time_s energy batch_weight "
+    "batch_time_edges_s energy_batches kernel_difference_batches lateral_axis"
+).split()
+_KEYS += [*_LATERAL, *_CROSS, "direction_moment", "missing_fluence", "missing_decay_rate"]
+_KEYS += [f"arrival_{name}" for name in ("source", "receiver", "time_s", "energy", "direction", "order", "kind")]
+_KEYS += ["metadata_json"]
+
+_Loaded = TypeVar("_Loaded")
+
 _LOGGER = logging.getLogger("sonel")
+
+
+class _Missing(Error, FileNotFoundError):
+    """A file that is not there."""
+
+
+def _loaded(load: Callable[[str], _Loaded], path: str) -> _Loaded:
+    """What a file holds; one that is not there is a FileNotFoundError too."""
+    try:
+        return load(path)
+    except Error as error:
+        if not os.path.lexists(path):
+            raise _Missing(str(error)) from None
+        raise
 
 
 class Scene:
@@ -64,7 +94,7 @@ class Scene:
     def load(cls, path: _Path) -> Scene:
         """The scene in a file `scene.toml` (docs/formats/scene.md) and the mesh that it names."""
         path = os.path.abspath(os.fspath(path))
-        return cls(_sonel.Scene.load(path, _LOGGER.log), (cls.load, (path,)))
+        return cls(_loaded(lambda name: _sonel.Scene.load(name, _LOGGER.log), path), (cls.load, (path,)))
 
     @classmethod
     def shoebox(
@@ -132,6 +162,51 @@ class Scene:
         inner = _sonel.Scene.made(document, polygons, _LOGGER.log)
         return cls(inner, (cls._of_document, (document, polygons)))
 
+    def _parts(self) -> tuple[dict[str, Any], Any]:
+        """Keys and polygons of a scene made in Python."""
+        arguments = self._origin[1]
+        if len(arguments) != 2:
+            raise Error("a scene of a file cannot be changed: make it with Scene.shoebox or Scene.from_mesh, or edit the file")
+        document, polygons = arguments
+        return document, polygons
+
+    def add_box(self, low: ArrayLike, high: ArrayLike, material: _Materials = 0.1) -> Scene:
+        """The same room with a box in it: furniture, a pillar, a screen.
+
+        low, high: two opposite corners [m]. Faces may lie in walls and other boxes.
+        material: a number, a material of the scene, an entry of the library, or a mapping with the keys of [materials.NAME].
+        """
+        ends = np.sort([_rooms.corner(low, "low"), _rooms.corner(high, "high")], axis=0)
+        document, polygons = self._parts()
+        name, table = _rooms.material(document, material)
+        return self._of_document(*_rooms.added(document, polygons, _rooms.box(ends[0], ends[1], [name] * 6), name, table))
+
+    def add_object(self, mesh: Any, material: _Materials = 0.1, *, at: ArrayLike = (0, 0, 0), turn: float = 0.0) -> Scene:
+        """The same room with a closed mesh in it.
+
+        mesh: vertices [N, 3] in metres about its own origin and faces of their indices, or an object that has `vertices` and `faces`, such
+            as those of trimesh.
+        material: as for `add_box`, of all its faces.
+        at: where its origin goes [m].
+        turn: about the z axis through its origin [°], from x to y.
+        """
+        document, polygons = self._parts()
+        name, table = _rooms.material(document, material)
+        return self._of_document(*_rooms.added(document, polygons, _rooms.turned(mesh, at, turn, name), name, table))
+
+    def with_materials(self, materials: _Materials) -> Scene:
+        """The same room with other materials, in the form of `Scene.shoebox`; those that are not named stay."""
+        document, polygons = self._parts()
+        return self._of_document({**document, "materials": {**document["materials"], **_materials(materials)}}, polygons)
+
+    def absorption_for(self, t60: ArrayLike, material: str = "walls") -> NDArray[np.float64]:
+        """Absorption of a material with which Eyring's formula gives a reverberation time, shape [B], for `with_materials`.
+
+        t60: time [s], one for all bands or one per band. Other materials and the air stay. What no coefficient from 0 to 1 gives is an
+            `Error` with the times that are possible. In rooms that are not diffuse T30 differs from Eyring's.
+        """
+        return _rooms.absorption_for(self, t60, material)
+
     def save(self, folder: _Path) -> Path:
         """Writes a scene made in Python as scene.toml, and its mesh beside it, for the programs. Returns the path of scene.toml.
 
@@ -147,6 +222,11 @@ class Scene:
     def check(self) -> dict[str, Any]:
         """The checkup of `sonel-trace check --json` (docs/interface.md): sizes, areas, statistical times, faults of the mesh."""
         return self._inner.check()
+
+    @property
+    def room(self) -> dict[str, Any]:
+        """Sizes, areas and statistical times: the entry `room` of `check`, without a search for faults."""
+        return self._inner.room()
 
     @property
     def name(self) -> str:
@@ -183,13 +263,30 @@ class Scene:
         """Positions of the scene's receivers by name [m]."""
         return {name: (x, y, z) for name, (x, y, z) in self._inner.receivers}
 
+    def plot_room(self, ax: Any = None) -> Any:
+        """Draws walls, sources and receivers of a scene made in Python in three dimensions, by matplotlib; returns the axes.
+
+        ax: three-dimensional axes of matplotlib; without them a new figure.
+        """
+        from . import _drawing
+
+        return _drawing.room(self, ax)
+
+    def _repr_html_(self) -> str:
+        """A table for notebooks."""
+        from . import _drawing
+
+        points = [("source", self.sources), ("receiver", self.receivers)]
+        rows = [[kind, name, *(f"{x:g}" for x in place)] for kind, named in points for name, place in named.items()]
+        return _drawing.table(["", "name", "x [m]", "y [m]", "z [m]"], rows, f"Scene {self.name}: {', '.join(self.materials)}")
+
     def __repr__(self) -> str:
         return f"<sonel.Scene {self.name!r}: {len(self.sources)} sources, {len(self.receivers)} receivers>"
 
 
 def check(path: _Path) -> dict[str, Any]:
     """The checkup of a scene file, which need not be valid: what `sonel-trace check --json` prints (docs/interface.md)."""
-    return _sonel.Scene.check_file(os.fspath(path))
+    return _loaded(_sonel.Scene.check_file, os.fspath(path))
 
 
 def trace(
@@ -235,7 +332,7 @@ def trace(
         sound_reduction_db; {"materials.ceiling": ["plaster-painted"]}, entries of the library. The option --for.
     extend: a map of the same scene that is continued to `packets` or `until`, with its own settings.
     threads: default all cores; the result does not depend on it.
-    progress: True prints the share done to stderr, False nothing, None prints where stderr is a terminal. A function is called
+    progress: True prints the share done to stderr, False nothing, None prints where stderr is a terminal or a notebook. A function is called
         with what is being done and the share done, 0 … 1.
     """
     keywords = {
@@ -257,6 +354,90 @@ def trace(
         return Map(_sonel.trace(scene._inner, _LOGGER.log, threads, follower, **keywords))
 
 
+def random_rooms(
+    count: int,
+    *,
+    seed: int = 1,
+    size: ArrayLike = ((3.0, 3.0, 2.4), (8.0, 6.0, 3.5)),
+    furniture: tuple[int, int] = (2, 8),
+    t60: tuple[float, float] | None = None,
+    sources: int = 1,
+    receivers: int = 1,
+    **keys: Any,
+) -> RandomRooms:
+    """Rectangular rooms with boxes as furniture, for `dataset`: a sequence whose rooms are made when they are asked for.
+
+    seed: room i depends on seed and i alone.
+    size: smallest and largest lengths [x, y, z] [m], shape [2, 3].
+    furniture: fewest and most boxes on the floor; a small room may have fewer.
+    t60: range of Eyring's reverberation time [s], for which the walls get their absorption; without it all materials are entries of the library.
+    sources, receivers: how many of each: 1 to 1.8 m high, 0.5 m from walls, 0.3 m from furniture, 1 m apart.
+    keys: other keys of the scene file: bands, air, …
+    """
+    extents = np.asarray(size, dtype=float)
+    if extents.shape != (2, 3) or not np.all((extents[0] >= 2.0) & (extents[0] <= extents[1])):
+        raise Error(f"size is {size!r}: give smallest and largest [x, y, z], at least 2 m each")
+    if not 0 <= furniture[0] <= furniture[1]:
+        raise Error(f"furniture is {furniture!r}: give the fewest and the most boxes")
+    if min(count, sources, receivers) < 1:
+        raise Error(f"{count} rooms with {sources} sources and {receivers} receivers: give at least one of each")
+    options = {"size": extents.tolist(), "furniture": furniture, "t60": t60, "sources": sources, "receivers": receivers}
+    return RandomRooms(count, {"seed": seed, **options, "keys": keys})
+
+
+def dataset(
+    rooms: Sequence[Scene],
+    out: _Path,
+    *,
+    microphones: _Points | None = None,
+    workers: int | None = None,
+    shard_size: int = 16,
+    shards: Sequence[int] | None = None,
+    format: str = "npz",  # noqa: A002 - the word for it
+    sample_rate: int = 16_000,
+    match: bool = False,
+    seed: int | None = None,
+    early: int = 16,
+    duration: float | None = None,
+    trace: Mapping[str, Any] | None = None,
+    render: Mapping[str, Any] | None = None,
+    progress: _Progress = None,
+) -> list[Path]:
+    """Writes impulse responses of many rooms with labels, in shards; returns their paths (docs/python.md#rooms-by-the-thousand).
+
+    The bytes do not depend on `workers`. A shard appears when it is complete: the same call goes on after a run that was killed.
+
+    rooms: scenes with sources and receivers, such as those of `random_rooms`.
+    out: a folder, made where there is none. `dataset.json` in it states rooms and options; a folder of others is refused.
+    microphones: an array about each receiver, as in `Response.impulse_responses`; without it a single omnidirectional one.
+    workers: rooms at a time (default all cores).
+    shard_size: rooms per file.
+    shards: numbers of the shards to write, from 0 (default all): jobs of a cluster that share a folder write one each.
+    format: npz, or tar of WebDataset.
+    sample_rate, match, seed: as for `Response.impulse_responses`.
+    early: how many of the strongest listed arrivals are labels.
+    duration: length of the impulse responses [s] (default 1.2 times the longest Sabine time of the room).
+    trace, render: options of these functions (default packets 4000; order 2, rays 256, effects -diffraction).
+    progress: as for `trace`, in rooms, by tqdm where that is installed.
+    """
+    from . import _dataset
+
+    options: dict[str, Any] = {"sample_rate": sample_rate, "match": match, "seed": seed, "early": early, "duration": duration}
+    options["trace"] = {"packets": 4000} if trace is None else dict(trace)
+    options["render"] = {"order": 2, "rays": 256, "effects": "-diffraction"} if render is None else dict(render)
+    return _dataset.write(
+        rooms,
+        Path(out),
+        microphones=microphones,
+        workers=workers,
+        shard_size=shard_size,
+        shards=shards,
+        form=format,
+        options=options,
+        progress=progress,
+    )
+
+
 class Map:
     """Where sound went in a room: paths in a file, from which any receivers are rendered. Made by `trace` or `Map.load`."""
 
@@ -273,7 +454,7 @@ class Map:
     @classmethod
     def load(cls, path: _Path) -> Map:
         """Opens a map of sonel-trace. It stays on disk and may be larger than memory."""
-        return cls(_sonel.Map.load(os.fspath(path)))
+        return cls(_loaded(_sonel.Map.load, os.fspath(path)))
 
     def save(self, path: _Path) -> None:
         """Writes the map as sonel-trace would. An existing map is replaced, any other file is not."""
@@ -285,7 +466,7 @@ class Map:
         *,
         set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
         materials: _Path | None = None,
-        grid: str | None = None,
+        grid: str | Sequence[ArrayLike] | None = None,
         bin: float | None = None,  # noqa: A002 - the name of the option
         estimator: str | None = None,
         effects: str | None = None,
@@ -332,6 +513,7 @@ class Map:
             omnidirectional. The lateral axis is horizontal, at right angles to the aim, by default towards the first
             source.
         until, at_most: add rays until the intervals are narrow enough.
+        A grid may also be three axes of one number or evenly spaced ones, such as [np.linspace(1, 9, 5), [2, 4, 6], 1.5].
         memory: Own memory that the rendering may take [bytes], such as 8G: one that is predicted to take more is
             refused before it starts.
         threads, progress: as for `trace`.
@@ -339,7 +521,7 @@ class Map:
         keywords = {
             "set": set,
             "materials": None if materials is None else os.fspath(materials),
-            "grid": grid,
+            "grid": grid if grid is None or isinstance(grid, str) else _grid(grid),
             "bin": bin,
             "estimator": estimator,
             "effects": effects,
@@ -368,6 +550,47 @@ class Map:
         """
         for batches in self._inner.refinement_steps:
             yield self.render(receivers, batches=batches, **options)
+
+    def walk(
+        self,
+        path: ArrayLike,
+        signal: ArrayLike,
+        *,
+        sample_rate: int = 48_000,
+        spacing: float = 0.25,
+        ambix: int | None = None,
+        array: _Points | None = None,
+        seed: int | None = None,
+        **options: Any,
+    ) -> NDArray[np.float32]:
+        """What a moving listener hears of a signal, shape [S, C, N]: the samples of `sonel-render --path` (docs/formats/sound.md).
+
+        path: times [s] and positions [m] of the listener, rows of t, x, y, z, shape [P, 4]; straight lines between them, at most 100 m/s. The
+            listener stays at the last one.
+        signal: what every source sends from the first time on, shape [n]; N is n and the length of the echogram together.
+        sample_rate: samples per second of signal and result, 8000 to 192000.
+        spacing: longest distance between the places that are rendered [m], 0.01 to 10. Delays of direct sound and listed reflections are
+            exact at every sample whatever it is, so that tones are shifted by 1 + v/c.
+        ambix, array: as for `impulse_responses`, in the axes of the scene, which do not turn: front is x.
+        seed: of the waves of late sound (default that of the rendering).
+        options: those of `render` but `grid`; `ambix` and directional microphones render directions.
+        """
+        try:
+            points = np.asarray(path, dtype=float)
+            samples = np.asarray(signal, dtype="<f8")
+        except (TypeError, ValueError) as problem:
+            raise Error(f"path and signal are numbers: {problem}") from None
+        if points.ndim != 2 or points.shape[1] != 4:
+            raise Error(f"path has the shape {list(points.shape)}: give rows of t, x, y, z, shape [P, 4]")
+        if samples.ndim != 1 or not np.all(np.isfinite(samples)):
+            raise Error(f"signal has the shape {list(samples.shape)}: give the finite samples of one channel, shape [n]")
+        channels = _channels(sample_rate, ambix=ambix, array=array)
+        if ambix is not None or array is not None:
+            options.setdefault("directions", True)
+        response = self.render(dict(_sonel.places(points.tolist(), spacing)), **options)
+        order, _, microphones = channels
+        walked = response._inner.walk((points.tolist(), spacing), samples.tobytes(), (order, microphones), seed, sample_rate)
+        return np.asarray(walked)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """For other processes: the path of a map that was loaded. A temporary map has none: save it, and load it there."""
@@ -427,7 +650,7 @@ class Response:
     @classmethod
     def load(cls, path: _Path) -> Response:
         """Reads a response of sonel-render."""
-        return cls(_sonel.Response.load(os.fspath(path)))
+        return cls(_loaded(_sonel.Response.load, os.fspath(path)))
 
     def save(self, path: _Path) -> None:
         """Writes the response as sonel-render would (.npz). An existing response is replaced, any other file is not."""
@@ -444,6 +667,24 @@ class Response:
         if texts.get(key):
             return np.array(texts[key])
         return np.asarray(self._inner.array(key))
+
+    def __contains__(self, key: object) -> bool:
+        return key in self.keys()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.keys())
+
+    def keys(self) -> list[str]:
+        """Names of the arrays that `response[key]` has."""
+
+        def has(key: str) -> bool:
+            try:
+                self[key]
+            except KeyError:
+                return False
+            return True
+
+        return list(filter(has, _KEYS))
 
     @property
     def energy(self) -> NDArray[np.float64]:
@@ -500,31 +741,26 @@ class Response:
         *,
         ambix: int | None = None,
         hrtf: _Path | None = None,
+        array: _Points | None = None,
         seed: int | None = None,
         sample_rate: int = 48_000,
         match: bool = False,
     ) -> NDArray[np.float32]:
         """Pressure impulse responses, shape [S, R, C, N]: the samples of `sonel-render --wav` (docs/formats/sound.md).
 
-        ambix: order 1, 2 or 3: C = (order + 1)² channels in ACN order with SN3D (AmbiX), for a response with directions.
+        ambix: order 1 … 7: C = (order + 1)² channels in ACN order with SN3D (AmbiX), for a response with directions.
         hrtf: a SOFA file of the convention SimpleFreeFieldHRIR: C = 2, left and right ear, for a response with directions.
+        array: microphones about each receiver: positions relative to it in the axes of the scene [m], at most 1 m away, shape [M, 3], or a
+            mapping as for `Map.render`, such as {"left": {"position": [0, 0.05, 0], "directivity": "cardioid", "aim": [0, 1, 0]}}: C = M, in
+            their order, from one rendering. Directional ones need a response with directions; late sound has them where the response has.
         seed: of the waves of late sound (default that of the rendering).
         sample_rate: samples per second, 8000 to 192000. Responses are made at this rate; do not convert them like recordings.
         match: scale every band each 10 ms to the energies of the response: T30 and levels of one impulse response are then those of the
             response, not of the mean of many seeds alone. Direct sound is scaled too.
-        Without `ambix` and `hrtf` C is 1. `ambix` and `hrtf` need a response of `Map.render`: a file does not state which direction is up.
+        Without `ambix`, `hrtf` and `array` C is 1. `ambix` and `hrtf` need a response of `Map.render`: a file does not state which direction is up.
         """
-        if ambix is not None and hrtf is not None:
-            raise Error("ambix and hrtf exclude each other: ask for one after the other")
-        if ambix is not None and ambix not in (1, 2, 3):
-            raise Error(f"ambix is {ambix}: give the order 1, 2 or 3")
-        if not 8000 <= sample_rate <= 192_000:
-            raise Error(f"sample_rate is {sample_rate}: give 8000 to 192000 Hz")
-        try:
-            head = None if hrtf is None else Path(hrtf).read_bytes()
-        except OSError as problem:
-            raise Error(f"cannot read {os.fspath(hrtf or '')}: {problem.strerror}") from None
-        return np.asarray(self._inner.impulse_responses(ambix, head, seed, sample_rate, match))
+        channels = _channels(sample_rate, ambix=ambix, hrtf=hrtf, array=array)
+        return np.asarray(self._inner.impulse_responses(channels, seed, sample_rate, match))
 
     def to_sofa(
         self,
@@ -532,6 +768,7 @@ class Response:
         *,
         ambix: int | None = None,
         hrtf: _Path | None = None,
+        array: _Points | None = None,
         seed: int | None = None,
         sample_rate: int = 48_000,
         match: bool = False,
@@ -542,7 +779,9 @@ class Response:
         """
         from . import _sofa
 
-        _sofa.write(self, Path(path), ambix=ambix, hrtf=hrtf, seed=seed, sample_rate=sample_rate, match=match)
+        options = {"hrtf": hrtf, "seed": seed, "match": match}
+        microphones = None if array is None else _points(array, "microphone")
+        _sofa.write(self, Path(path), ambix=ambix, array=array, microphones=microphones, sample_rate=sample_rate, **options)
 
     def parameter_report(self) -> dict[str, Any]:
         """Every parameter with its interval, warnings and reasons: what `sonel-analyze parameters --format json` prints."""
@@ -556,7 +795,10 @@ class Response:
         support_early_db and support_late_db its value and, as NAME_low and NAME_high, the limits of
         its 95 % interval. NaN where the response does not support a value; `parameter_report` has the reason.
         """
-        rows = self.parameter_report()["receivers"]
+        return self._parameters(self.parameter_report())
+
+    def _parameters(self, report: Mapping[str, Any]) -> NDArray[np.void]:
+        rows = report["receivers"]
         shape = (len(self.sources), len(self.receivers), len(self.center_frequencies))
         text = f"U{max(map(len, self.sources + self.receivers))}"
         keys = list(dict.fromkeys(key for row in rows for key in row["bands"][0] if key != "center_frequency_hz"))
@@ -571,7 +813,10 @@ class Response:
 
     def speech_transmission_index(self) -> NDArray[np.float64]:
         """Speech transmission index of the room without noise, 0 … 1, shape [S, R]; NaN where octaves of speech are missing."""
-        values = [_value(row["speech_transmission_index"])[0] for row in self.parameter_report()["receivers"]]
+        return self._speech(self.parameter_report())
+
+    def _speech(self, report: Mapping[str, Any]) -> NDArray[np.float64]:
+        values = [_value(row["speech_transmission_index"])[0] for row in report["receivers"]]
         return np.array(values).reshape(len(self.sources), len(self.receivers))
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -580,9 +825,72 @@ class Response:
 
         return pandas.DataFrame(self.parameters().reshape(-1))
 
+    def to_xarray(self) -> Any:
+        """Energies and `parameters` as an xarray.Dataset with the dimensions source, receiver, band and time. Needs xarray."""
+        from . import _drawing
+
+        return _drawing.xarray_of(self)
+
+    def to_pyfar(self, **options: Any) -> Any:
+        """`impulse_responses` as a pyfar.Signal of the shape [S, R, C]. Needs pyfar.
+
+        options: those of `impulse_responses`.
+        """
+        try:
+            import pyfar  # type: ignore[import-untyped]
+        except ImportError:
+            raise Error("to_pyfar needs the package pyfar: pip install pyfar") from None
+        samples = self.impulse_responses(**options).astype(float)
+        return pyfar.Signal(samples, options.get("sample_rate", 48_000), comment=f"sonel: {self.metadata['scene']}")
+
+    def plot_decay(self, source: int = 0, receiver: int = 0, ax: Any = None) -> Any:
+        """Draws the Schroeder decay curve of every band, by matplotlib; returns the axes.
+
+        source, receiver: their numbers from 0.
+        ax: axes of matplotlib; without them a new figure.
+        """
+        from . import _drawing
+
+        return _drawing.decay(self, source, receiver, ax)
+
+    def _repr_html_(self) -> str:
+        """A table for notebooks: levels, T30 and clarity with their intervals at the middle band."""
+        from . import _drawing
+
+        band = len(self.center_frequencies) // 2
+        head = ["source", "receiver", "level [dB]", "T30 [s]", "C50 [dB]", "C80 [dB]"]
+
+        def text(row: Any, name: str) -> str:
+            width = 0.5 * (row[name + "_high"] - row[name + "_low"])
+            return "–" if np.isnan(row[name]) else f"{row[name]:.2f}" + ("" if np.isnan(width) else f" ± {width:.2f}")
+
+        keys = ["level_db", "t30_s", "clarity_c50_db", "clarity_c80_db"]
+        found = self.parameters()[..., band].reshape(-1)
+        rows = [[row["source"], row["receiver"], *(text(row, key) for key in keys)] for row in found]
+        return _drawing.table(head, rows, f"{self!r} at {self.center_frequencies[band]:g} Hz"[1:].replace(">", "", 1))
+
     def __repr__(self) -> str:
         s, r, b, t = self.energy.shape
         return f"<sonel.Response: {s} sources, {r} receivers, {b} bands, {t} time bins>"
+
+
+def _channels(
+    sample_rate: int, *, ambix: int | None = None, hrtf: _Path | None = None, array: _Points | None = None
+) -> tuple[int | None, bytes | None, list[_sonel.Receiver] | None]:
+    """Order, bytes of the SOFA file and microphones, at most one of which is given."""
+    given = [name for name, value in (("ambix", ambix), ("hrtf", hrtf), ("array", array)) if value is not None]
+    if len(given) > 1:
+        raise Error(f"{given[0]} and {given[1]} exclude each other: ask for one after the other")
+    if ambix is not None and ambix not in range(1, 8):
+        raise Error(f"ambix is {ambix}: give an order from 1 to 7")
+    if not 8000 <= sample_rate <= 192_000:
+        raise Error(f"sample_rate is {sample_rate}: give 8000 to 192000 Hz")
+    try:
+        head = None if hrtf is None else Path(hrtf).read_bytes()
+    except OSError as problem:
+        kind = _Missing if isinstance(problem, FileNotFoundError) else Error
+        raise kind(f"cannot read {os.fspath(hrtf or '')}: {problem.strerror}") from None
+    return ambix, head, None if array is None else [_receiver(**point) for point in _points(array, "microphone")]
 
 
 def _value(parameter: Mapping[str, Any] | None) -> tuple[float, float, float]:
@@ -594,25 +902,42 @@ def _value(parameter: Mapping[str, Any] | None) -> tuple[float, float, float]:
     return value, low, high
 
 
+def _in_notebook() -> bool:
+    """Whether a notebook shows what goes to stderr."""
+    return "ipykernel" in sys.modules
+
+
 class _Text:
-    """Progress as text on stderr, while the work goes on; or the function that was given."""
+    """Progress as text on stderr or in a notebook, while the work goes on; or the function that was given."""
 
     def __init__(self, progress: _Progress) -> None:
-        shows = sys.stderr.isatty() if progress is None else progress
+        shows = sys.stderr.isatty() or _in_notebook() if progress is None else progress
         self._follower = progress if callable(progress) else self._show if shows else None
         self._shown = ""
+        self._cell: Any = None
 
     def __enter__(self) -> Callable[[str, float], object] | None:
         return self._follower
 
     def __exit__(self, *_: object) -> None:
-        if self._shown:
+        if self._cell is not None:
+            self._cell.update({"text/plain": ""}, raw=True)
+        elif self._shown:
             sys.stderr.write("\r" + " " * len(self._shown) + "\r")
 
     def _show(self, what: str, share: float) -> None:
         text = f"{what} {share:4.0%}"
-        if text != self._shown:
-            self._shown = text
+        if text == self._shown:
+            return
+        self._shown = text
+        if _in_notebook():
+            display: Any = importlib.import_module("IPython.display").display
+            # One output of the cell, which is replaced.
+            if self._cell is None:
+                self._cell = display({"text/plain": text}, raw=True, display_id=True)
+            else:
+                self._cell.update({"text/plain": text}, raw=True)
+        else:
             sys.stderr.write("\r" + text)
             sys.stderr.flush()
 
@@ -628,6 +953,22 @@ def _materials(materials: _Materials) -> dict[str, Any]:
         return {"library" if isinstance(value, str) else "absorption": value}
 
     return {str(name): table(value) for name, value in materials.items()}
+
+
+def _grid(axes: Sequence[ArrayLike]) -> str:
+    """A grid of arrays as the option has it."""
+    given = [np.atleast_1d(np.asarray(axis, dtype=float)) for axis in axes]
+    if len(given) != 3:
+        raise Error(f"grid has {len(given)} axes: give three, each one number or evenly spaced numbers")
+
+    def text(axis: NDArray[np.float64]) -> str:
+        if axis.size == 1:
+            return repr(float(axis[0]))
+        if axis.ndim != 1 or axis.size == 0 or not np.allclose(np.diff(axis), (axis[-1] - axis[0]) / (axis.size - 1), rtol=1e-6, atol=0):
+            raise Error(f"grid: the axis {axis.tolist()} is not evenly spaced: give its points as receivers")
+        return f"{float(axis[0])!r}:{float(axis[-1])!r}:{axis.size}"
+
+    return ",".join(map(text, given))
 
 
 def _numbers(position: Any) -> list[float]:
@@ -649,9 +990,8 @@ def _points(points: _Points, kind: str) -> list[dict[str, Any]]:
         positions = np.asarray(points, dtype=float)
     except (TypeError, ValueError):
         positions = np.empty(0)
-    if positions.ndim == 1:
-        positions = positions[np.newaxis]
-    if positions.ndim != 2 or positions.shape[1] != 3:
+    positions = np.atleast_2d(positions)
+    if positions.shape[1:] != (3,):
         raise Error(f"the {kind}s are not positions: give an array of shape [3] or [N, 3] in metres, or a mapping from names")
     return [{"name": f"{kind} {i}", "position": row} for i, row in enumerate(positions.tolist(), 1)]
 
@@ -675,8 +1015,8 @@ def _corners(faces: ArrayLike | Sequence[Sequence[int]]) -> tuple[NDArray[Any], 
         table = np.asarray(faces)
     except ValueError:
         table = np.empty(0, dtype=object)
-    if table.ndim == 2 and table.dtype != object:
-        return np.full(len(table), table.shape[1], dtype="<u4"), table.reshape(-1)
+    if len(table.shape) == 2 and table.dtype != object:
+        return np.full(len(table), table.size // max(len(table), 1), dtype="<u4"), table.reshape(-1)
     rows = [np.asarray(face) for face in faces]  # type: ignore[union-attr]
     return np.array([len(row) for row in rows], dtype="<u4"), np.concatenate(rows)
 

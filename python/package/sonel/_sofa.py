@@ -1,7 +1,7 @@
 """Responses as SOFA files of the convention SingleRoomSRIR (AES69), by the package sofar.
 
-A measurement is a source at a receiver of the response. The receivers of SOFA are its channels: a single point, the two ears, or spherical
-harmonics. Impulse responses are relative to the pressure of the source at 1 m in a free field.
+A measurement is a source at a receiver of the response. The receivers of SOFA are its channels: a single point, the two ears, spherical
+harmonics, or the microphones of an array, whose listener has the axes of the scene. Impulse responses are relative to the pressure of the source at 1 m in a free field.
 """
 
 from __future__ import annotations
@@ -20,7 +20,16 @@ if TYPE_CHECKING:
 EARS_M = [[0.0, 0.09, 0.0], [0.0, -0.09, 0.0]]
 
 
-def write(response: Response, path: Path, *, ambix: int | None, sample_rate: int, **options: Any) -> None:
+def write(
+    response: Response,
+    path: Path,
+    *,
+    ambix: int | None,
+    array: Any,
+    microphones: list[dict[str, Any]] | None,
+    sample_rate: int,
+    **options: Any,
+) -> None:
     """Writes `path`, which must not exist."""
     try:
         import sofar  # type: ignore[import-untyped]
@@ -30,10 +39,10 @@ def write(response: Response, path: Path, *, ambix: int | None, sample_rate: int
         raise Error(f"{path} does not end in .sofa")
     if os.path.lexists(path):
         raise Error(f"{path} exists: delete it first, or choose another name")
-    samples = response.impulse_responses(ambix=ambix, sample_rate=sample_rate, **options)
+    samples = response.impulse_responses(ambix=ambix, array=array, sample_rate=sample_rate, **options)
     sofa = sofar.Sofa("SingleRoomSRIR")
-    _places(sofa, response)
-    _channels(sofa, samples.shape[2], ambix)
+    _places(sofa, response, in_axes_of_the_scene=microphones is not None)
+    _channels(sofa, samples.shape[2], ambix, microphones)
     _room(sofa, response)
     sofa.Data_IR = samples.reshape(-1, *samples.shape[2:]).astype(float)
     sofa.Data_SamplingRate = float(sample_rate)
@@ -41,11 +50,11 @@ def write(response: Response, path: Path, *, ambix: int | None, sample_rate: int
     sofar.write_sofa(str(path), sofa)
 
 
-def _places(sofa: Any, response: Response) -> None:
+def _places(sofa: Any, response: Response, *, in_axes_of_the_scene: bool) -> None:
     """Where sources and listeners are and where listeners look, in the axes of the scene [m]."""
     pairs = [(s, r) for s in range(len(response.sources)) for r in range(len(response.receivers))]
     sources, receivers = (list(index) for index in zip(*pairs))
-    stated = response._inner.room[1]
+    stated = None if in_axes_of_the_scene else response._inner.room[1]
     up = stated or [0.0, 0.0, 1.0]
     sofa.SourcePosition = response.source_positions[sources]
     sofa.ListenerPosition = response.receiver_positions[receivers]
@@ -56,13 +65,18 @@ def _places(sofa: Any, response: Response) -> None:
         sofa.ListenerView = np.cross(response["lateral_axis"], up)[receivers]
     except KeyError:
         # Without directions, or up in a loaded response, a listener is a point.
-        sofa.ListenerView = np.array([np.roll(up, 1)])
+        sofa.ListenerView = np.array([np.roll(up, 1)])  # x where z is up
     sofa.MeasurementDate = np.zeros(len(pairs))
 
 
-def _channels(sofa: Any, channels: int, ambix: int | None) -> None:
+def _channels(sofa: Any, channels: int, ambix: int | None, microphones: list[dict[str, Any]] | None) -> None:
     """The receivers of SOFA."""
-    if ambix is not None:
+    if microphones is not None:
+        sofa.ReceiverPosition_Type, sofa.ReceiverPosition_Units = "cartesian", "metre"
+        sofa.ReceiverPosition = np.array([microphone["position"] for microphone in microphones], dtype=float)
+        kinds = [f"{microphone['name']}: {microphone.get('directivity', 'omni')}" for microphone in microphones]
+        sofa.GLOBAL_ReceiverDescription = "microphones " + ", ".join(kinds)
+    elif ambix is not None:
         sofa.ReceiverPosition_Type = "spherical harmonics"
         sofa.ReceiverPosition_Units = "degree, degree, metre"
         sofa.ReceiverPosition = np.zeros((channels, 3))

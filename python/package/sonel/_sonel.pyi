@@ -5,14 +5,16 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-class Error(Exception):
+__version__: str
+
+class Error(ValueError):
     """Bad input, a damaged file or an impossible request: the message of the programs."""
 
 Polygons = tuple[bytes, bytes, bytes, bytes, list[str]]
 _Log = Callable[[int, str], object]
 _Progress = Callable[[str, float], object] | None
 _Place = tuple[str, list[float]]
-_Receiver = tuple[str, list[float], str, list[float] | None]
+Receiver = tuple[str, list[float], str, list[float] | None]
 _Report = dict[str, Any]
 
 class Scene:
@@ -23,6 +25,7 @@ class Scene:
     @staticmethod
     def check_file(path: str | PathLike[str]) -> _Report: ...
     def check(self) -> _Report: ...
+    def room(self) -> _Report: ...
     def toml(self) -> str: ...
     def save(self, folder: str | PathLike[str]) -> str | PathLike[str]: ...
     @property
@@ -46,7 +49,7 @@ class Map:
     def save(self, path: str | PathLike[str]) -> None: ...
     def render(
         self,
-        receivers: list[_Receiver],
+        receivers: list[Receiver],
         log: _Log,
         threads: int | None = None,
         progress: _Progress = None,
@@ -82,11 +85,18 @@ class Response:
     def parameters(self) -> _Report: ...
     def impulse_responses(
         self,
-        order: int | None = None,
-        head: bytes | None = None,
+        channels: tuple[int | None, bytes | None, list[Receiver] | None] = ...,
         seed: int | None = None,
         sample_rate_hz: int = 48_000,
         is_matched: bool = False,
+    ) -> Array: ...
+    def walk(
+        self,
+        route: tuple[list[list[float]], float],
+        signal: bytes,
+        channels: tuple[int | None, list[Receiver] | None] = ...,
+        seed: int | None = None,
+        sample_rate_hz: int = 48_000,
     ) -> Array: ...
     @property
     def room(self) -> tuple[float | None, list[float] | None, int]: ...
@@ -105,6 +115,7 @@ class Response:
     @property
     def speed_of_sound(self) -> float: ...
 
+def places(points: list[list[float]], spacing: float) -> list[_Place]: ...
 def trace(
     scene: Scene, log: _Log, threads: int | None = None, progress: _Progress = None, **keywords: Any
 ) -> Map: ...

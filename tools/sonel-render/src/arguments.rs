@@ -40,13 +40,27 @@ pub struct Arguments {
     /// response, not of the mean of many seeds alone. Direct sound is scaled too.
     #[arg(long, requires = "wav")]
     pub wav_match: bool,
-    /// Also write ambisonics of order 1, 2 or 3 (ACN, SN3D: AmbiX) as NAME_ambix3.wav; implies --directions, needs --wav.
+    /// Also write ambisonics of an order from 1 to 7 (ACN, SN3D: AmbiX) as NAME_ambix3.wav; implies --directions, needs --wav.
     #[arg(long, value_name = "ORDER", requires = "wav", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_ORDER)), allow_negative_numbers = true)]
     pub ambix: Option<u32>,
     /// Also write binaural responses as NAME_binaural.wav, with the HRTF of FILE.sofa (SimpleFreeFieldHRIR). The head looks
     /// along the receiver's aim, by default towards the first source. Implies --directions, needs --wav.
     #[arg(long, value_name = "FILE.sofa", requires = "wav")]
     pub hrtf: Option<PathBuf>,
+    /// Also write the channels of a microphone array about each receiver as NAME_array.wav: the file is one of --receivers, its
+    /// positions are relative to the receiver, in scene axes, within 1 m. Implies --directions, needs --wav.
+    #[arg(long, value_name = "FILE", requires = "wav")]
+    pub array: Option<PathBuf>,
+    /// What a listener hears of --recording along a path, as SOURCE_walk.wav in the folder of --wav, instead of impulse responses: CSV with
+    /// header time,x,y,z [s, m], straight lines between its points. Not with other receivers, --hrtf, --wav-match.
+    #[arg(long, value_name = "FILE.csv", requires_all = ["wav", "recording"], conflicts_with_all = ["receivers", "receivers_file", "grid", "shard", "hrtf", "wav_match"])]
+    pub path: Option<PathBuf>,
+    /// Recording of one channel that every source sends along --path, from its first time on; converted to the rate of --wav.
+    #[arg(long, value_name = "FILE.wav", requires = "path")]
+    pub recording: Option<PathBuf>,
+    /// Longest distance between the places that are rendered along --path [m]. Delays are exact whatever it is.
+    #[arg(long, value_name = "METRES", requires = "path", default_value_t = 0.25, value_parser = parse_spacing, allow_negative_numbers = true)]
+    pub path_spacing: f64,
     /// Receiver position in scene axes [m], with directivity and aim NAME=x,y,z,cardioid,x,y,z; repeatable [default: of the
     /// scene].
     #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
@@ -138,6 +152,16 @@ pub struct Arguments {
     pub threads: Option<usize>,
 }
 
+/// Reads a distance between places.
+fn parse_spacing(text: &str) -> Result<f64, String> {
+    let spacing: f64 = text.parse().map_err(|_| format!("\"{text}\" is not a number of metres"))?;
+    let allowed = sonel::SPACINGS;
+    if !allowed.contains(&spacing) {
+        return Err(format!("{spacing} m is not between {} and {} m", allowed.start(), allowed.end()));
+    }
+    Ok(spacing)
+}
+
 impl Arguments {
     /// The options of the rendering.
     pub(crate) fn options(&self) -> RenderOptions {
@@ -152,7 +176,10 @@ impl Arguments {
             rays: self.rays,
             seed: self.seed,
             air: if self.no_air { Air::None } else { Air::State { temperature, humidity } },
-            directions: self.directions || self.ambix.is_some() || self.hrtf.is_some(),
+            directions: self.directions
+                || self.ambix.is_some()
+                || self.hrtf.is_some()
+                || self.array.is_some(),
             materials: self.materials.clone(),
             set: self.set.clone(),
             grid: self.grid.clone(),

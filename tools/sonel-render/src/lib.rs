@@ -3,6 +3,7 @@
 mod arguments;
 mod receivers;
 mod sound;
+mod walk;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -18,6 +19,7 @@ use sonel_console::{Log, Outcome, use_threads};
 use sonel_sound::{SoundSettings, Synthesizer};
 
 use sound::SoundFiles;
+use walk::Walk;
 
 pub use arguments::Arguments;
 
@@ -33,15 +35,18 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     if let Some(path) = &arguments.receivers_file {
         given.extend(receivers::read_file(path)?);
     }
+    let scene = &map.sonels().header().scene;
+    let walk = Walk::of(arguments, scene)?;
+    given.extend(walk.iter().flat_map(Walk::receivers));
     let options = arguments.options();
     let prepared = follower.result(map.prepare(&given, &options, &follower))?;
     let receivers = counted(prepared.receivers().len(), "receiver");
-    let scene = &map.sonels().header().scene;
     // Whatever is wrong with the output shall be said before the work is done.
     let inputs = inputs(arguments);
     let create = |target: &Path| Output::create(target, Kind::RESPONSE, &inputs);
     let output = arguments.output.as_deref().map(create).transpose()?;
     let sounds = SoundFiles::of(arguments, scene, prepared.receivers(), &inputs)?;
+    walk.as_ref().map(|walk| walk.check(&inputs)).transpose()?;
     let plan = arguments.plan.then(|| follower.result(prepared.plan(&follower))).transpose()?;
     if let Some(plan) = plan.as_ref().filter(|_| !arguments.json) {
         write!(out, "{}", tables::map_table(plan, map.label()))?;
@@ -68,7 +73,14 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         let synthesizer = Synthesizer::new(rendered.response.echograms(), settings);
         complete.extend(sounds.complete(&synthesizer, scene.up)?);
     }
+    if let Some(walk) = &walk {
+        complete.extend(walk.complete(&rendered.response, &inputs, arguments.seed)?);
+    }
     output::publish(complete)?;
+    if let (Some(walk), Some(folder)) = (&walk, &arguments.wav) {
+        let files = counted(walk.count(), "walk");
+        follower.line(&format!("{files} written to {}", folder.display()))?;
+    }
     if let Some(sounds) = &sounds {
         let files = counted(sounds.count(), "impulse response");
         follower.line(&format!("{files} written to {}", sounds.folder.display()))?;
@@ -96,6 +108,9 @@ fn inputs(arguments: &Arguments) -> Vec<PathBuf> {
         .chain(&arguments.receivers_file)
         .chain(&arguments.materials)
         .chain(&arguments.hrtf)
+        .chain(&arguments.array)
+        .chain(&arguments.path)
+        .chain(&arguments.recording)
         .cloned()
         .chain(arguments.set.iter().filter_map(Change::file))
         .collect()

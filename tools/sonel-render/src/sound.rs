@@ -10,9 +10,10 @@ use sonel::ReceiverPoint;
 use sonel_console::input;
 use sonel_console::output::{Complete, Kind, Output};
 use sonel_scene::Scene;
-use sonel_sound::{Head, Recording, SoundError, Synthesizer};
+use sonel_sound::{Head, Microphone, Recording, SoundError, Synthesizer};
 
 use crate::arguments::Arguments;
+use crate::receivers;
 
 /// The files of a folder: impulse responses of every source and receiver, and what is written beside those at single points.
 pub struct SoundFiles<'a> {
@@ -25,6 +26,8 @@ pub struct SoundFiles<'a> {
     ambix: Option<u32>,
     /// Ears.
     head: Option<Head>,
+    /// Microphones about each receiver.
+    array: Option<Vec<Microphone>>,
     /// Samples per second.
     sample_rate_hz: u32,
     /// Files that are read.
@@ -35,7 +38,7 @@ pub struct SoundFiles<'a> {
 const LONGEST: usize = 40;
 
 /// Names with their numbers from 1, which tell them apart where characters that file names cannot hold are replaced.
-fn numbered<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> Vec<String> {
+pub fn numbered<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> Vec<String> {
     let digits = names.len().to_string().len();
     let plain = |name: &str| -> String {
         let allowed = |c: char| if c.is_alphanumeric() || " .-".contains(c) { c } else { '_' };
@@ -52,7 +55,9 @@ impl<'a> SoundFiles<'a> {
         receivers: &[ReceiverPoint],
         inputs: &'a [PathBuf],
     ) -> anyhow::Result<Option<Self>> {
-        let Some(folder) = &arguments.wav else { return Ok(None) };
+        let Some(folder) = arguments.wav.as_ref().filter(|_| arguments.path.is_none()) else {
+            return Ok(None);
+        };
         let read = |path: &PathBuf| -> anyhow::Result<Head> {
             let mut bytes = Vec::new();
             let file = input::open(path).and_then(|mut file| file.read_to_end(&mut bytes));
@@ -65,17 +70,11 @@ impl<'a> SoundFiles<'a> {
             receivers: numbered(receivers.iter().map(|receiver| receiver.name.as_str())),
             ambix: arguments.ambix,
             head: arguments.hrtf.as_ref().map(read).transpose()?,
+            array: arguments.array.as_deref().map(microphones).transpose()?,
             sample_rate_hz: arguments.wav_rate,
             inputs,
         };
-        if folder.exists() && !folder.is_dir() {
-            bail!("{} is not a folder: choose another one for --wav", folder.display());
-        }
-        // A folder that cannot be written shall be found before the work is done.
-        if !folder.exists() {
-            std::fs::create_dir(folder)
-                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-        }
+        folder_for(folder)?;
         for end in files.ends() {
             let mut paths = files.pairs().into_iter().map(|pair| files.path(pair, &end));
             paths.try_for_each(|path| Output::try_create(&path, Kind::SOUND, inputs))?;
@@ -101,7 +100,8 @@ impl<'a> SoundFiles<'a> {
     fn ends(&self) -> Vec<String> {
         let ambix = self.ambix.map(|order| format!("_ambix{order}"));
         let binaural = self.head.as_ref().map(|_| BINAURAL.to_owned());
-        std::iter::once(String::new()).chain(ambix).chain(binaural).collect()
+        let array = self.array.as_ref().map(|_| ARRAY.to_owned());
+        std::iter::once(String::new()).chain(ambix).chain(binaural).chain(array).collect()
     }
 
     /// Channels of a pair in the order of [`Self::ends`].
@@ -113,8 +113,9 @@ impl<'a> SoundFiles<'a> {
     ) -> Result<Vec<Vec<Vec<f32>>>, SoundError> {
         let ambix = self.ambix.map(|order| synthesizer.ambisonics(pair, order, up)).transpose()?;
         let binaural = self.head.as_ref().map(|head| synthesizer.binaural(pair, head, up)).transpose()?;
+        let array = self.array.as_ref().map(|array| synthesizer.array(pair, array)).transpose()?;
         let single = vec![synthesizer.impulse_response(pair.0, pair.1)?];
-        Ok(std::iter::once(single).chain(ambix).chain(binaural).collect())
+        Ok(std::iter::once(single).chain(ambix).chain(binaural).chain(array).collect())
     }
 
     /// Completes the files of all impulse responses; `up` is up for those with directions.
@@ -141,6 +142,25 @@ impl<'a> SoundFiles<'a> {
 
 /// What the names of files with two ears end with.
 const BINAURAL: &str = "_binaural";
+/// What the names of files of arrays end with.
+const ARRAY: &str = "_array";
+
+/// Makes the folder for sound: one that cannot be written shall be found before the work is done.
+pub fn folder_for(folder: &Path) -> anyhow::Result<()> {
+    if folder.exists() && !folder.is_dir() {
+        bail!("{} is not a folder: choose another one for --wav", folder.display());
+    }
+    if !folder.exists() {
+        std::fs::create_dir(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    }
+    Ok(())
+}
+
+/// The microphones in a file of receivers.
+pub fn microphones(path: &Path) -> anyhow::Result<Vec<Microphone>> {
+    Ok(receivers::read_file(path)?.into_iter().map(sonel::microphone).collect())
+}
 
 #[cfg(test)]
 mod tests {

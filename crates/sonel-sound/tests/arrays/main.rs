@@ -1,12 +1,15 @@
 //! Receivers side by side: late sound has the coherence of a diffuse field, direct sound its exact delay.
 
+mod walk;
+
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, dvec3};
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
+use sonel_acoustics::Pattern;
 use sonel_echogram::{Arrivals, Response};
-use sonel_sound::{SoundSettings, Synthesizer};
+use sonel_sound::{Microphone, SoundSettings, Synthesizer};
 
 const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
 const DISTANCES: [f64; 6] = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
@@ -194,4 +197,56 @@ fn direct_sound_has_the_delay_of_its_way() {
             assert!((ratio - 1.0).norm() < 1.5e-3, "{r}, {} Hz: {ratio}", frequency(line));
         }
     }
+}
+
+fn microphone(position: DVec3) -> Microphone {
+    Microphone { name: "mic".to_owned(), position, pattern: Pattern::Omni, aim: DVec3::X }
+}
+
+/// Late sound to the bit but for rounding where bins are alike, and direct sound to 0.1° and 0.01 dB: an array has what receivers at its microphones have.
+#[test]
+fn microphones_get_what_receivers_in_their_places_get() {
+    let offsets: Vec<DVec3> =
+        AXES.iter().zip([0.02, 0.1, 0.3]).map(|(axis, distance)| distance * *axis).collect();
+    let array: Vec<Microphone> = offsets.iter().map(|offset| microphone(*offset)).collect();
+    let mut places = vec![PLACE];
+    places.extend(offsets.iter().map(|offset| PLACE + *offset));
+    for with_direct in [true, false] {
+        let response = response(&places, with_direct);
+        let synthesizer = Synthesizer::new(&response, ROOM);
+        let channels = synthesizer.array((0, 0), &array).unwrap();
+        for (r, channel) in channels.iter().enumerate() {
+            let receiver = synthesizer.impulse_response(0, r + 1).unwrap();
+            // Where late sound begins and ends, waves come with their bin at the receiver.
+            let inside = if with_direct { 0..receiver.len() } else { 4900..19_000 };
+            let (mut difference, mut sum) = (0.0, 0.0);
+            for at in inside {
+                difference += f64::from(channel[at] - receiver[at]).powi(2);
+                sum += f64::from(receiver[at]).powi(2);
+            }
+            assert!(difference < 1e-8 * sum, "{with_direct} {r}: {}", difference / sum);
+        }
+    }
+}
+
+/// A figure of eight that looks away from the source turns the sign of its direct sound; late sound needs directions, which this response has not.
+#[test]
+fn arrays_that_cannot_be_are_named() {
+    let synthesized = |microphone: Microphone, response: &Response| {
+        Synthesizer::new(response, ROOM).array((0, 0), &[microphone]).map_err(|error| error.to_string())
+    };
+    let response = response(&[PLACE], true);
+    let eight = Microphone { pattern: Pattern::FigureEight, ..microphone(DVec3::ZERO) };
+    for (microphone, message) in [
+        (microphone(dvec3(1.2, 0.0, 0.0)), "at most 1 m"),
+        (microphone(dvec3(f64::NAN, 0.0, 0.0)), "NaN m from its receiver"),
+        (eight, "--directions"),
+    ] {
+        assert!(synthesized(microphone, &response).unwrap_err().contains(message));
+    }
+    let near = self::response(&[dvec3(0.3, 0.0, 0.0)], true);
+    assert!(synthesized(microphone(dvec3(-0.295, 0.0, 0.0)), &near).unwrap_err().contains("from a source"));
+    assert!(
+        Synthesizer::new(&near, ROOM).array((0, 0), &[]).unwrap_err().to_string().contains("no microphones")
+    );
 }

@@ -1,0 +1,116 @@
+//! Microphones about a receiver: exact delays of what one receiver gets.
+//!
+//! A listed arrival that a receiver gets from the direction u after the time t comes from the (image) source at L u, L = ct. At a displacement
+//! d it has the length L′ = |L u − d|, the time L′/c and L/L′ times the amplitude. A wave of late sound is plane: it reaches d earlier by u·d/c. Sound over
+//! an edge counts as from the distance of its whole way; its front is more curved, by at most d²/2ρ of its way at a distance ρ of the edge.
+//!
+//! A microphone multiplies each pulse by the pressure of its pattern, a + (1 − a) cos θ [Eargle2004]. What hides a source from the receiver hides it from all
+//! of its microphones, and their late sound has the receiver's energies: hence the longest displacement.
+//!
+//! References: [Eargle2004] (docs/references.md).
+
+use glam::DVec3;
+use sonel_acoustics::Pattern;
+use sonel_echogram::Response;
+
+use crate::SoundError;
+use crate::pulses::Pulses;
+
+/// Largest distance of a microphone from its receiver [m]: three time bins of 1 ms, and less than most furniture is away.
+pub const FARTHEST: f64 = 1.0;
+/// Smallest distance of a microphone from a source [m].
+const CLOSEST: f64 = 0.01;
+
+/// A microphone of an array.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Microphone {
+    /// Name in messages.
+    pub name: String,
+    /// Position relative to the receiver, in the axes of the scene [m].
+    pub position: DVec3,
+    /// Pattern about the aim.
+    pub pattern: Pattern,
+    /// Unit vector of its axis, in the axes of the scene; of no matter to an omnidirectional one.
+    pub aim: DVec3,
+}
+
+impl Microphone {
+    /// Pressure for sound from a direction, a unit vector, relative to the axis.
+    pub(crate) fn gain(&self, towards: DVec3) -> f64 {
+        if self.pattern == Pattern::Omni {
+            return 1.0;
+        }
+        self.pattern.pressure(self.aim.dot(towards).clamp(-1.0, 1.0))
+    }
+
+    /// Length, amplitude and direction of an arrival over `length` from `towards` at the receiver.
+    ///
+    /// # Errors
+    /// When the microphone is where the sound comes from.
+    pub(crate) fn arrival(&self, length: f64, towards: DVec3) -> Result<(f64, f64, DVec3), SoundError> {
+        let way = length * towards - self.position;
+        let own = way.length();
+        if own < CLOSEST {
+            return Err(self.refused(format!("{own:.4} m from a source; at least {CLOSEST} m are needed")));
+        }
+        let towards = way / own;
+        Ok((own, length / own * self.gain(towards), towards))
+    }
+
+    fn refused(&self, problem: String) -> SoundError {
+        SoundError::Microphone { name: self.name.clone(), problem }
+    }
+}
+
+/// Checks the microphones of an array about the receivers of a response.
+///
+/// # Errors
+/// When there are none, one is not finite or too far off, one is directional and the response has no directions, or a receiver is directional.
+pub fn check(response: &Response, microphones: &[Microphone]) -> Result<(), SoundError> {
+    if microphones.is_empty() {
+        return Err(SoundError::NoMicrophones);
+    }
+    for microphone in microphones {
+        let distance = microphone.position.length();
+        // Not a number is neither.
+        if !(0.0..=FARTHEST).contains(&distance) {
+            return Err(microphone.refused(format!(
+                "{distance} m from its receiver; at most {FARTHEST} m are allowed: make it a receiver of its own, late sound is shared"
+            )));
+        }
+        if microphone.pattern != Pattern::Omni && response.directions.is_none() {
+            return Err(SoundError::NoDirections);
+        }
+    }
+    let directional =
+        response.receiver_directivities.iter().position(|found| found.name != Pattern::Omni.name());
+    if let Some(receiver) = directional {
+        return Err(SoundError::DirectionalReceiver { receiver: response.receiver_names[receiver].clone() });
+    }
+    Ok(())
+}
+
+/// The pulses at a microphone of those at its receiver.
+///
+/// # Errors
+/// When the microphone is where a source is.
+pub fn displaced(
+    pulses: &Pulses,
+    microphone: &Microphone,
+    speed_of_sound: f64,
+) -> Result<Pulses, SoundError> {
+    let mut own = pulses.clone();
+    let all = own.time.iter_mut().zip(&mut own.gain).zip(&mut own.direction);
+    for (index, ((time, all), direction)) in all.enumerate() {
+        *all *= if index < pulses.listed {
+            let (length, gain, towards) = microphone.arrival(speed_of_sound * *time, *direction)?;
+            *time = length / speed_of_sound;
+            *direction = towards;
+            gain
+        } else {
+            *time -= direction.dot(microphone.position) / speed_of_sound;
+            microphone.gain(*direction)
+        };
+    }
+    Ok(own)
+}

@@ -1,0 +1,401 @@
+//! What a listener hears of a recording while moving: convolution with a response that changes.
+//!
+//! At the time τ a listener at x(τ) gets from the (image) source at X what left it at τ − |X − x(τ)|/c. Listed arrivals of the rendered places are such image
+//! sources, with 1/r and delay exact at every sample, so that Doppler shift is there without being made. Neighbouring places list the same image
+//! sources: their sum with weights that fall linearly to the next place is that of one, and what only one of them lists fades in.
+//!
+//! Late sound is convolved with responses at steps of 2 cm, whose plane waves are those of all receivers ([`crate::plane_waves`]) and whose energies
+//! lie between those of the places. Each is heard for four steps through a Hann window over the path. Steps that are short beside the wave add up
+//! coherently, long ones in energy: at wave number k the sum is divided by the root of Σ_ij w_i w_j sin(kd_ij)/kd_ij, its expected energy in a diffuse field
+//! [Cook1955]. Above 4 kHz late sound fluctuates more slowly than the listener moves.
+//!
+//! References: [Cook1955] (docs/references.md).
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+use rayon::prelude::*;
+use sonel_echogram::Response;
+
+use crate::ambisonics::{Frame, channels};
+use crate::crossover::{Crossover, NARROW};
+use crate::fractional::{HALF, Table};
+use crate::impulse::{SoundSettings, Synthesizer};
+use crate::microphones::{self, Microphone};
+use crate::path::Path;
+use crate::pulses::Pulses;
+use crate::transform::{Transform, through};
+use crate::{SoundError, convolve};
+
+/// Longest step between responses of late sound [m].
+const STEP: f64 = 0.02;
+/// Half the width of a window [steps].
+const REACH: f64 = 2.0;
+/// Samples between which gains are linear.
+const BLOCK: usize = 256;
+/// Smallest distance of a listener from a source [m].
+const CLOSEST: f64 = 0.01;
+
+/// Who moves; axes are those of the scene and do not turn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Listener<'a> {
+    /// A point.
+    Point,
+    /// Microphones about it.
+    Array(&'a [Microphone]),
+    /// Ambisonics of an order with this unit vector up: front is x, or y where x is up.
+    Ambisonics(u32, DVec3),
+}
+
+/// Channels at one point that moves along.
+enum Spot<'a> {
+    Point,
+    Microphone(&'a Microphone),
+    Ambisonics(u32, Frame),
+}
+
+impl Spot<'_> {
+    fn offset(&self) -> DVec3 {
+        if let Self::Microphone(microphone) = self { microphone.position } else { DVec3::ZERO }
+    }
+
+    fn channels(&self) -> usize {
+        if let Self::Ambisonics(order, _) = self { channels(*order) } else { 1 }
+    }
+
+    /// Gain of every channel for a direction, a unit vector.
+    fn gains(&self, towards: DVec3) -> Vec<f64> {
+        match self {
+            Self::Point => vec![1.0],
+            Self::Microphone(microphone) => vec![microphone.gain(towards)],
+            Self::Ambisonics(order, frame) => frame.gains(*order, towards),
+        }
+    }
+}
+
+/// What a listener hears of a `signal` that source `s` sends from the first time of the `path` on: one or more channels, each as long as signal and echogram together. The
+/// response is that of the places of the path which are `spacing` apart.
+///
+/// # Errors
+/// When the response is one of other places, has no directions where they are needed, or the path leads through a source.
+pub fn walk(
+    response: &Response,
+    settings: SoundSettings,
+    s: usize,
+    (path, spacing): (&Path, f64),
+    listener: Listener<'_>,
+    signal: &[f32],
+) -> Result<Vec<Vec<f32>>, SoundError> {
+    let (found, expected) = (response.receivers(), path.pieces(spacing) + 1);
+    if found != expected {
+        return Err(SoundError::Places { found, expected });
+    }
+    let spots: Vec<Spot<'_>> = match listener {
+        Listener::Point => vec![Spot::Point],
+        Listener::Array(array) => {
+            microphones::check(response, array)?;
+            array.iter().map(Spot::Microphone).collect()
+        }
+        Listener::Ambisonics(..) if response.directions.is_none() => return Err(SoundError::NoDirections),
+        Listener::Ambisonics(order, up) => {
+            let front = if up.x.abs() < 0.9 { DVec3::X } else { DVec3::Y };
+            vec![Spot::Ambisonics(order, Frame::new(up.cross(front).normalize(), up))]
+        }
+    };
+    let places = (0..found).map(|r| Pulses::of_arrivals(response, (s, r))).collect::<Result<Vec<_>, _>>()?;
+    let synthesizer = Synthesizer::new(response, SoundSettings { is_matched: false, ..settings });
+    let samples = if signal.is_empty() { 0 } else { signal.len() + synthesizer.samples - 1 };
+    let walked = Walk { response, s, path, places, signal, samples, synthesizer };
+    let mut sums = walked.early(&spots)?;
+    let mut first = 0;
+    for spot in &spots {
+        walked.add_late(spot, &mut sums[first..first + spot.channels()])?;
+        first += spot.channels();
+    }
+    Ok(sums.into_iter().map(|channel| channel.into_iter().map(|sample| sample as f32).collect()).collect())
+}
+
+struct Walk<'a> {
+    response: &'a Response,
+    s: usize,
+    path: &'a Path,
+    /// Arrivals and late energies at every place.
+    places: Vec<Pulses>,
+    signal: &'a [f32],
+    /// Samples that are heard.
+    samples: usize,
+    synthesizer: Synthesizer<'a>,
+}
+
+/// The signal in every band, with silence about it.
+struct Bands {
+    signals: Vec<Vec<f32>>,
+    /// Samples of silence before it.
+    padding: usize,
+    table: Table,
+}
+
+impl Walk<'_> {
+    fn rate(&self) -> f64 {
+        f64::from(self.synthesizer.settings.sample_rate_hz)
+    }
+
+    /// Position and number of pieces of the path behind the listener at a sample.
+    fn at(&self, sample: usize) -> (DVec3, f64) {
+        let (position, length) = self.path.at(self.path.begin() + sample as f64 / self.rate());
+        (position, self.pieces(length))
+    }
+
+    /// A length of the path in pieces between places.
+    fn pieces(&self, length: f64) -> f64 {
+        let pieces = (self.places.len() - 1) as f64;
+        if pieces > 0.0 { (length / self.path.length() * pieces).clamp(0.0, pieces) } else { 0.0 }
+    }
+
+    fn bands(&self) -> Bands {
+        let padding = self.synthesizer.padding;
+        let length = (self.signal.len() + 2 * padding).next_power_of_two();
+        let transform = Transform::new(length);
+        let crossover = Crossover::new(
+            &self.response.center_frequency_hz,
+            NARROW,
+            self.rate() / length as f64,
+            length / 2 + 1,
+        );
+        let mut padded = transform.silence();
+        padded[padding..].iter_mut().zip(self.signal).for_each(|(to, from)| *to = f64::from(*from));
+        let spectrum = transform.spectrum(padded);
+        let of_band = |band: usize| {
+            let signal = transform.signal(through(&spectrum, crossover.gains(band)));
+            signal[..self.signal.len() + 2 * padding].iter().map(|sample| *sample as f32).collect()
+        };
+        Bands { signals: (0..self.response.bands()).map(of_band).collect(), padding, table: Table::new() }
+    }
+
+    /// Listed arrivals in all channels of all spots.
+    fn early(&self, spots: &[Spot<'_>]) -> Result<Vec<Vec<f64>>, SoundError> {
+        let channels = spots.iter().map(Spot::channels).sum();
+        let mut sums = vec![vec![0.0; self.samples]; channels];
+        let bands = self.bands();
+        let blocks: Vec<usize> = (0..self.samples).step_by(BLOCK).collect();
+        let of_blocks: Vec<_> =
+            blocks.par_iter().map(|begin| self.block(*begin, spots, &bands)).collect::<Result<_, _>>()?;
+        for (begin, block) in blocks.into_iter().zip(of_blocks) {
+            for (sum, channel) in sums.iter_mut().zip(block) {
+                sum[begin..].iter_mut().zip(channel).for_each(|(sum, sample)| *sum += sample);
+            }
+        }
+        Ok(sums)
+    }
+
+    /// The samples of a block in all channels.
+    fn block(
+        &self,
+        begin: usize,
+        spots: &[Spot<'_>],
+        bands: &Bands,
+    ) -> Result<Vec<[f64; BLOCK]>, SoundError> {
+        // One more, where the next block begins.
+        let places: Vec<(DVec3, f64)> = (begin..=begin + BLOCK).map(|sample| self.at(sample)).collect();
+        let range = |of: fn(f64, f64) -> f64| places.iter().map(|place| place.1).reduce(of).unwrap_or(0.0);
+        let (first, last) = (range(f64::min).floor() as usize, range(f64::max).ceil() as usize);
+        let mut all = Vec::new();
+        let mut way = [(0.0, 0.0); BLOCK + 1];
+        let mut mixed = Vec::new();
+        for spot in spots {
+            let mut channels = vec![[0.0; BLOCK]; spot.channels()];
+            for index in first..=last {
+                let (place, pulses) =
+                    (DVec3::from(self.response.receiver_positions[index]), &self.places[index]);
+                let arrivals = pulses
+                    .time
+                    .iter()
+                    .zip(&pulses.direction)
+                    .zip(pulses.shapes.chunks_exact(bands.signals.len()));
+                for ((time, direction), amplitude) in arrivals {
+                    let length = self.response.speed_of_sound * time;
+                    let image = place + length * *direction;
+                    let towards = |at: usize| image - places[at].0 - spot.offset();
+                    for (at, way) in way.iter_mut().enumerate() {
+                        let own = towards(at).length();
+                        if own < CLOSEST {
+                            return Err(SoundError::ThroughSource {
+                                time_s: (begin + at) as f64 / self.rate(),
+                            });
+                        }
+                        let weight = (1.0 - (places[at].1 - index as f64).abs()).max(0.0);
+                        let delay = own / self.response.speed_of_sound * self.rate();
+                        *way = ((begin + at + bands.padding) as f64 - delay, weight * length / own);
+                    }
+                    let (read, gain) = (|way: &(f64, f64)| way.0, |way: &(f64, f64)| way.1);
+                    if way.iter().map(gain).all(|gain| gain <= 0.0) {
+                        continue;
+                    }
+                    let low = way.iter().map(read).fold(f64::INFINITY, f64::min).floor() as i64 - HALF as i64;
+                    let high = way.iter().map(read).fold(f64::NEG_INFINITY, f64::max).floor() as i64
+                        + HALF as i64
+                        + 1;
+                    if !mix(&mut mixed, (low, high), &bands.signals, amplitude) {
+                        continue;
+                    }
+                    let gains = [0, BLOCK].map(|at| spot.gains(towards(at).normalize()));
+                    for at in 0..BLOCK {
+                        let heard = way[at].1 * bands.table.read(&mixed, way[at].0 - low as f64);
+                        let share = at as f64 / BLOCK as f64;
+                        for (channel, (begin, end)) in channels.iter_mut().zip(gains[0].iter().zip(&gains[1]))
+                        {
+                            channel[at] += (begin + share * (end - begin)) * heard;
+                        }
+                    }
+                }
+            }
+            all.extend(channels);
+        }
+        Ok(all)
+    }
+
+    /// Adds late sound to the channels of a spot.
+    fn add_late(&self, spot: &Spot<'_>, sums: &mut [Vec<f64>]) -> Result<(), SoundError> {
+        let length = self.path.length();
+        let steps = self.path.pieces(STEP);
+        let step = length / steps.max(1) as f64;
+        let equalizer = (steps > 0).then(|| self.equalizer(step));
+        let numbers = if steps > 0 { -1..steps as i64 + 2 } else { 0..1 };
+        let parts: Vec<(usize, Vec<Vec<f64>>)> = numbers
+            .into_par_iter()
+            .map(|number| {
+                let along = number as f64 * step;
+                let (low, high) = (along - REACH * step, along + REACH * step);
+                let (begin, end) = if steps > 0 { self.heard(low, high) } else { (0, self.samples) };
+                if begin >= end {
+                    return Ok((begin, vec![Vec::new(); sums.len()]));
+                }
+                let weight = |sample: usize| {
+                    let (_, found) = self.path.at(self.path.begin() + sample as f64 / self.rate());
+                    let off = (found - along) / (REACH * step);
+                    if steps == 0 { 1.0 } else { window(off) }
+                };
+                let weights: Vec<f64> = (begin..end).map(weight).collect();
+                let responses = self.late_responses(spot, along, equalizer.as_deref())?;
+                let of_channel = |response: Vec<f32>| {
+                    let first = begin.saturating_sub(response.len() - 1);
+                    let heard = convolve(
+                        &self.signal[first.min(self.signal.len())..end.min(self.signal.len())],
+                        &response,
+                    );
+                    let heard =
+                        heard[(begin - first).min(heard.len())..].iter().map(|sample| f64::from(*sample));
+                    weights.iter().zip(heard).map(|(weight, sample)| weight * sample).collect()
+                };
+                Ok((begin, responses.into_iter().map(of_channel).collect()))
+            })
+            .collect::<Result<_, SoundError>>()?;
+        for (begin, channels) in parts {
+            for (sum, channel) in sums.iter_mut().zip(channels) {
+                sum[begin..].iter_mut().zip(channel).for_each(|(sum, sample)| *sum += sample);
+            }
+        }
+        Ok(())
+    }
+
+    /// Samples at which the listener is between two lengths of the path.
+    fn heard(&self, low: f64, high: f64) -> (usize, usize) {
+        let (begin, end) = self.path.times(low, high);
+        let sample = |time: f64| ((time - self.path.begin()) * self.rate()).clamp(0.0, self.samples as f64);
+        (sample(begin).floor() as usize, (sample(end).ceil() as usize + 1).min(self.samples))
+    }
+
+    /// Late responses of all channels of a spot after a length of the path.
+    fn late_responses(
+        &self,
+        spot: &Spot<'_>,
+        along: f64,
+        equalizer: Option<&[f64]>,
+    ) -> Result<Vec<Vec<f32>>, SoundError> {
+        let place = self.pieces(along);
+        let before = place.floor() as usize;
+        let after = (before + 1).min(self.places.len() - 1);
+        let share = place - before as f64;
+        let late = [(1.0 - share, &self.places[before].late[..]), (share, &self.places[after].late[..])];
+        let mut pulses = Pulses::default();
+        pulses.add_waves(
+            self.response,
+            self.s,
+            (self.path.place(along), &late),
+            self.synthesizer.waves(self.s),
+        );
+        if let Spot::Microphone(microphone) = spot {
+            pulses = microphones::displaced(&pulses, microphone, self.response.speed_of_sound)?;
+        }
+        let gains: Vec<Vec<f64>> = match spot {
+            // Those of a microphone are in its pulses.
+            Spot::Point | Spot::Microphone(_) => vec![vec![1.0]; pulses.time.len()],
+            Spot::Ambisonics(..) => pulses.direction.iter().map(|u| spot.gains(*u)).collect(),
+        };
+        let of_channel = |channel: usize| {
+            let mut spectrum =
+                self.synthesizer.spectrum(&pulses, |pulse| std::slice::from_ref(&gains[pulse][channel]));
+            if let Some(equalizer) = equalizer {
+                spectrum = through(&spectrum, equalizer);
+            }
+            self.synthesizer.pressure(spectrum)
+        };
+        Ok((0..spot.channels()).map(of_channel).collect())
+    }
+
+    /// Gains of windows that overlap, for steps of this length, at the frequencies of the transform.
+    fn equalizer(&self, step: f64) -> Vec<f64> {
+        let products = products();
+        let count = self.synthesizer.transform.frequencies();
+        let per_line = TAU * self.rate() / (2.0 * (count - 1) as f64) / self.response.speed_of_sound * step;
+        let gain = |line: usize| {
+            let phase = per_line * line as f64;
+            let diffuse = |steps: usize| {
+                let angle = phase * steps as f64;
+                if angle < 1e-6 { 1.0 } else { libm::sin(angle) / angle }
+            };
+            let energy: f64 =
+                products.iter().enumerate().map(|(steps, product)| product * diffuse(steps)).sum();
+            1.0 / energy.sqrt()
+        };
+        (0..count).map(gain).collect()
+    }
+}
+
+/// Weight of a response whose place is `off` half widths away: four of them add up to 1.
+fn window(off: f64) -> f64 {
+    if off.abs() < 1.0 { 0.25 * (1.0 + libm::cos(PI * off)) } else { 0.0 }
+}
+
+/// Sums of products of the weights of responses so many steps apart, in the mean over the path; beyond 0, twice.
+fn products() -> [f64; 4] {
+    const PLACES: usize = 64;
+    let mut sums = [0.0; 4];
+    for place in 0..PLACES {
+        let weight = |number: i32| window((f64::from(number) - place as f64 / PLACES as f64) / REACH);
+        for first in -2..4 {
+            for (steps, sum) in sums.iter_mut().enumerate() {
+                let twice = if steps == 0 { 1.0 } else { 2.0 };
+                *sum += twice * weight(first) * weight(first + steps as i32) / PLACES as f64;
+            }
+        }
+    }
+    sums
+}
+
+/// The samples `low` up to `high` of the sum of bands with these amplitudes, silence beyond their ends; whether there are any.
+fn mix(mixed: &mut Vec<f64>, (low, high): (i64, i64), bands: &[Vec<f32>], amplitude: &[f64]) -> bool {
+    let length = bands.first().map_or(0, Vec::len) as i64;
+    mixed.clear();
+    mixed.resize((high - low).max(0) as usize, 0.0);
+    let (begin, end) = (low.clamp(0, length), high.clamp(0, length));
+    if begin >= end {
+        return false;
+    }
+    let target = &mut mixed[(begin - low) as usize..(end - low) as usize];
+    for (band, amplitude) in bands.iter().zip(amplitude) {
+        let samples = &band[begin as usize..end as usize];
+        target.iter_mut().zip(samples).for_each(|(sum, sample)| *sum += amplitude * f64::from(*sample));
+    }
+    true
+}

@@ -1,0 +1,255 @@
+"""Impulse responses by the thousand: rooms in, shards of arrays with labels out.
+
+A shard is a file that depends on its rooms and the options alone, so that any number of workers writes the same bytes. It appears when it is
+complete; a run that was killed goes on with the shards that are missing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import sys
+import tarfile
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._sonel import Error
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from . import Response, Scene
+
+PARAMETERS = ["t30_s", "early_decay_time_s", "clarity_c50_db", "strength_g_db"]
+
+
+def write(
+    rooms: Sequence[Scene],
+    out: Path,
+    *,
+    microphones: Any,
+    workers: int | None,
+    shard_size: int,
+    shards: Sequence[int] | None,
+    form: str,
+    options: dict[str, Any],
+    progress: Any,
+) -> list[Path]:
+    """Writes the shards that are missing; returns the paths of all that are wanted."""
+    if form not in ("npz", "tar"):
+        raise Error(f"format is {form!r}: give npz or tar")
+    if shard_size < 1 or not len(rooms):
+        raise Error(f"there are {len(rooms)} rooms in shards of {shard_size}: give at least one of each")
+    out.mkdir(parents=True, exist_ok=True)
+    _manifest(out, rooms, {**options, "microphones": microphones, "shard_size": shard_size, "format": form})
+    ranges = [range(begin, min(begin + shard_size, len(rooms))) for begin in range(0, len(rooms), shard_size)]
+    wanted = range(len(ranges)) if shards is None else sorted(set(shards))
+    strange = [number for number in wanted if number not in range(len(ranges))]
+    if strange:
+        raise Error(f"there is no shard {strange[0]}: {len(rooms)} rooms make {len(ranges)}, counted from 0")
+    ranges = [ranges[number] for number in wanted]
+    paths = [out / f"shard-{number:05d}.{form}" for number in wanted]
+    missing = [(path, indices) for path, indices in zip(paths, ranges) if not path.exists()]
+    total = sum(map(len, ranges))
+    with _Progress(progress, total - sum(len(indices) for _, indices in missing), total) as step:
+
+        def shard(job: tuple[Path, range]) -> None:
+            path, indices = job
+            rows = []
+            for index in indices:
+                rows += list(_rows(index, rooms[index], microphones, options))
+                step(1)
+            _publish(path, _npz(rows) if form == "npz" else _tar(rows))
+
+        with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+            jobs = [pool.submit(shard, job) for job in missing]
+            try:
+                for job in as_completed(jobs):
+                    job.result()
+            except BaseException:
+                for job in jobs:
+                    job.cancel()
+                raise
+    return paths
+
+
+def _manifest(out: Path, rooms: Sequence[Scene], options: dict[str, Any]) -> None:
+    """States what the folder holds; refuses to go on with other rooms or options."""
+    from . import RandomRooms, __version__
+
+    if isinstance(rooms, RandomRooms):
+        named = repr(rooms)
+    else:
+        texts = hashlib.sha256()
+        for room in rooms:
+            texts.update(repr(room._origin[1:]).encode() + room.toml.encode())
+        named = f"{len(rooms)} scenes, sha256 {texts.hexdigest()}"
+    # As text: what is read again is compared.
+    state = json.dumps({"sonel": __version__, "rooms": named, "options": options}, indent=1, default=_plain, sort_keys=True)
+    path = out / "dataset.json"
+    if not path.exists():
+        _publish(path, state.encode())
+    elif path.read_text() != state:
+        raise Error(f"{path} is of other rooms, options or another version: choose another folder, or delete this one to begin anew")
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if hasattr(value, "tolist") else str(value)
+
+
+def _publish(path: Path, content: bytes) -> None:
+    # Other processes may write the same file with the same bytes.
+    unfinished = path.with_name(f"{path.name}.{os.getpid()}.part")
+    unfinished.write_bytes(content)
+    os.replace(unfinished, path)
+
+
+def _rows(index: int, scene: Scene, microphones: Any, options: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Impulse responses and labels of every source and receiver of a room."""
+    from . import trace
+
+    tracing, rendering = options["trace"], options["render"]
+    if "duration" not in tracing and "until" not in tracing:
+        bands = scene.room["bands"]
+        statistical = 1.2 * max(band["sabine_s"] for band in bands)
+        tracing = {**tracing, "duration": options["duration"] or statistical}
+    room = trace(scene, threads=1, progress=False, **tracing)
+    response = room.render(threads=1, progress=False, **rendering)
+    sounds = {"seed": options["seed"], "sample_rate": options["sample_rate"], "match": options["match"]}
+    responses = response.impulse_responses(array=microphones, **sounds)
+    places = np.zeros((1, 3)) if microphones is None else _positions(microphones)
+    labels = _labels(response, options["early"])
+    for s, source in enumerate(response.source_positions):
+        for r, receiver in enumerate(response.receiver_positions):
+            yield {
+                "ir": responses[s, r],
+                "samples": np.int64(responses.shape[-1]),
+                "sample_rate_hz": np.int64(options["sample_rate"]),
+                "room": np.int64(index),
+                "source": np.int64(s),
+                "receiver": np.int64(r),
+                "source_position_m": source,
+                "receiver_position_m": receiver,
+                "microphone_position_m": receiver + places,
+                "center_frequency_hz": response.center_frequencies,
+                "speed_of_sound": np.float64(response.speed_of_sound),
+                **{name: values[s, r] for name, values in labels.items()},
+            }
+
+
+def _positions(microphones: Any) -> NDArray[np.float64]:
+    from . import _points
+
+    return np.array([point["position"] for point in _points(microphones, "microphone")], dtype=float)
+
+
+def _labels(response: Response, early: int) -> dict[str, NDArray[Any]]:
+    """Labels of every source and receiver, [S, R, …]."""
+    report = response.parameter_report()
+    rows = response._parameters(report)
+    labels = {}
+    for name in PARAMETERS:
+        for end in ("", "_low", "_high"):
+            labels[name + end] = np.asarray(rows[name + end])
+    labels["speech_transmission_index"] = response._speech(report)
+    energy = response.energy.sum(axis=-1)
+    s, r, kind = response["arrival_source"], response["arrival_receiver"], response["arrival_kind"]
+    energies = response["arrival_energy"]
+    direct = np.zeros(energy.shape)
+    np.add.at(direct, (s[kind == 0], r[kind == 0]), energies[kind == 0])
+    with np.errstate(divide="ignore"):
+        labels["direct_to_reverberant_db"] = 10 * np.log10(direct / (energy - direct))
+    shape = (*energy.shape[:2], early)
+    labels["early_time_s"] = np.full(shape, np.nan)
+    labels["early_direction"] = np.full((*shape, 3), np.nan)
+    labels["early_energy"] = np.full((*shape, energy.shape[2]), np.nan)
+    labels["early_order"] = np.full(shape, -1)
+    for pair in np.ndindex(*energy.shape[:2]):
+        own = np.flatnonzero((s == pair[0]) & (r == pair[1]))
+        strongest = own[np.argsort(-energies[own].sum(axis=1), kind="stable")[:early]]
+        strongest = strongest[np.argsort(response["arrival_time_s"][strongest], kind="stable")]
+        count = len(strongest)
+        labels["early_time_s"][pair][:count] = response["arrival_time_s"][strongest]
+        labels["early_direction"][pair][:count] = response["arrival_direction"][strongest]
+        labels["early_energy"][pair][:count] = energies[strongest]
+        labels["early_order"][pair][:count] = response["arrival_order"][strongest]
+    return labels
+
+
+def _npz(rows: list[dict[str, Any]]) -> bytes:
+    """One array for each label, its rows side by side; impulse responses are as long as the longest, with silence behind."""
+    longest = max(row["ir"].shape[-1] for row in rows)
+    padded = [np.pad(row["ir"], ((0, 0), (0, longest - row["ir"].shape[-1]))) for row in rows]
+    file = io.BytesIO()
+    arrays: dict[str, Any] = {name: np.stack(padded if name == "ir" else [row[name] for row in rows]) for name in rows[0]}
+    np.savez(file, **arrays)
+    return file.getvalue()
+
+
+def _tar(rows: list[dict[str, Any]]) -> bytes:
+    """WebDataset: ROOM-SOURCE-RECEIVER.ir.npy and .json."""
+    file = io.BytesIO()
+    with tarfile.open(fileobj=file, mode="w", format=tarfile.USTAR_FORMAT) as archive:
+        for row in rows:
+            key = f"{row['room']:06d}-{row['source']}-{row['receiver']}"
+            samples = io.BytesIO()
+            np.save(samples, row["ir"])
+            labels = {name: _finite(value.tolist()) for name, value in row.items() if name != "ir"}
+            for end, content in (("ir.npy", samples.getvalue()), ("json", json.dumps(labels).encode())):
+                member = tarfile.TarInfo(f"{key}.{end}")
+                member.size = len(content)
+                archive.addfile(member, io.BytesIO(content))
+    return file.getvalue()
+
+
+def _finite(value: Any) -> Any:
+    """JSON has no NaN and no infinity."""
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return value if not isinstance(value, float) or np.isfinite(value) else None
+
+
+class _Progress:
+    """Rooms done: a bar of tqdm where it is installed, else a number on stderr; or the function that was given."""
+
+    def __init__(self, progress: Any, done: int, total: int) -> None:
+        from . import _in_notebook
+
+        self._done, self._total = done, total
+        self._bar: Any = None
+        self._lock = threading.Lock()
+        self._follower: Callable[[str, float], object] | None = progress if callable(progress) else None
+        shows = sys.stderr.isatty() or _in_notebook() if progress is None else bool(progress) and self._follower is None
+        if shows:
+            try:
+                from tqdm.auto import tqdm  # type: ignore[import-untyped]
+
+                self._bar = tqdm(total=total, initial=done, unit="room")
+            except ImportError:
+                self._follower = self._print
+
+    def __enter__(self) -> Callable[[int], None]:
+        return self._step
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+    def _step(self, rooms: int) -> None:
+        with self._lock:
+            self._done += rooms
+            if self._bar is not None:
+                self._bar.update(rooms)
+            if self._follower is not None:
+                self._follower("rooms", self._done / self._total)
+
+    def _print(self, what: str, share: float) -> None:
+        sys.stderr.write(f"\r{what} {share:4.0%}" + ("\n" if self._done == self._total else ""))
+        sys.stderr.flush()

@@ -1,0 +1,125 @@
+"""Furnished rooms and data sets of them: exact sizes, the same bytes for any number of workers, and after a run that was killed.
+
+`cargo xtask python-package` runs this.
+"""
+
+import io
+import json
+import tarfile
+
+import numpy as np
+import pytest
+import sonel
+
+ROOMS = {"seed": 3, "size": [[3, 3, 2.4], [4, 4, 2.6]], "t60": (0.2, 0.4)}
+QUICK = {"trace": {"packets": 300}, "render": {"order": 1, "rays": 64, "effects": "-diffraction"}, "progress": False}
+ARRAY = [[0.0, 0.03, 0.0], [0.0, -0.03, 0.0]]
+
+
+def shoebox(**keys):
+    return sonel.Scene.shoebox([5, 4, 3], {"walls": 0.2, "z0": "carpet-thin"}, sources=[1, 1, 1.5], receivers=[4, 3, 1.2], **keys)
+
+
+def areas(scene):
+    return {material["name"]: material["area_m2"] for material in scene.room["materials"]}
+
+
+def test_boxes_and_objects_take_their_volume_and_have_their_materials():
+    corners = [[x, y, z] for x in (-0.5, 0.5) for y in (-0.25, 0.25) for z in (0, 1)]
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    plain = shoebox()
+    room = plain.add_box([2, 1.8, 0.7], [2.5, 1, 0], "wood-50mm").add_object((corners, faces), {"absorption": 0.5}, at=[4, 1, 0], turn=90)
+    found = room.room
+    assert found == room.check()["room"] and found["volume_m3"] == pytest.approx(60 - 0.5 * 0.8 * 0.7 - 0.5)
+    expected = {"walls": 54 + 20, "z0": 20 - 0.4 - 0.5, "wood-50mm": 0.4 + 2.6 * 0.7, "object 1": 0.5 + 3.0}
+    assert areas(room) == pytest.approx(expected)
+    # Turned by 90° it is 1 m long in y: beside a source that a box of the other sense would hold.
+    assert sonel.trace(room, packets=50).render([4.4, 1.0, 0.5]).energy.sum() > 0
+    with pytest.raises(sonel.Error, match="inside a closed object"):
+        sonel.trace(room, packets=50).render([4.0, 1.4, 0.5])
+    assert areas(plain) == pytest.approx({"walls": 74, "z0": 20}), "a scene stays as it is"
+    for work, message in [
+        (lambda: room.add_box([1, 1], [2, 2, 1]), "low is"),
+        (lambda: room.add_box([1, 1, 0], [2, 2, 1], "no-such-wood"), "no-such-wood"),
+        (lambda: room.add_object(([[0, 0, 0]], [[0, 1, 2]])), "1 vertices, counted from 0"),
+    ]:
+        with pytest.raises(sonel.Error, match=message):
+            work()
+
+
+def test_absorption_is_found_for_a_reverberation_time():
+    room = shoebox().add_box([2, 1, 0], [3, 2, 0.8], 0.1)
+    wanted = np.linspace(0.5, 0.4, 8)
+    changed = room.with_materials({"walls": {"absorption": room.absorption_for(wanted)}})
+    eyring = [band["eyring_s"] for band in changed.room["bands"]]
+    np.testing.assert_allclose(eyring, wanted, rtol=1e-3)
+    assert changed.materials == room.materials
+    with pytest.raises(sonel.Error, match=r"t60 of 9 s at 250 Hz .* s are possible"):
+        room.absorption_for(9.0)
+    with pytest.raises(sonel.Error, match="no material 'roof'"):
+        room.absorption_for(0.5, "roof")
+
+
+def test_random_rooms_depend_on_their_seed_and_number_alone():
+    rooms = sonel.random_rooms(6, **ROOMS, receivers=2)
+    assert len(rooms) == 6 and rooms[2].toml == sonel.random_rooms(3, **ROOMS, receivers=2)[-1].toml
+    assert len({room.toml for room in rooms}) == 6
+    for room in rooms:
+        assert len(room.receivers) == 2 and 0.19 < room.room["bands"][4]["eyring_s"] < 0.41
+        assert len(room.materials) > 3, "there is furniture"
+    with pytest.raises(IndexError):
+        rooms[6]
+    with pytest.raises(sonel.Error, match="room 0: no place"):
+        sonel.random_rooms(1, size=[[2, 2, 2], [2, 2, 2]], sources=5)[0]
+
+
+def read(paths):
+    return [path.read_bytes() for path in paths]
+
+
+def test_a_data_set_has_the_same_bytes_for_any_number_of_workers_and_goes_on(tmp_path):
+    rooms = sonel.random_rooms(4, **ROOMS)
+    shares = []
+    options = {"microphones": ARRAY, "shard_size": 2, **QUICK}
+    paths = sonel.dataset(rooms, tmp_path / "a", workers=1, **{**options, "progress": lambda _, share: shares.append(share)})
+    assert [path.name for path in paths] == ["shard-00000.npz", "shard-00001.npz"] and shares == [0.25, 0.5, 0.75, 1.0]
+
+    def killed(_, share):
+        if share > 0.5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sonel.dataset(rooms, tmp_path / "b", workers=1, **{**options, "progress": killed})
+    assert [path.name for path in sorted((tmp_path / "b").iterdir())] == ["dataset.json", "shard-00000.npz"]
+    assert read(sonel.dataset(rooms, tmp_path / "b", workers=3, **options)) == read(paths)
+    assert read(sonel.dataset(rooms, tmp_path / "c", shards=[1], **options)) == read(paths[1:])
+    with pytest.raises(sonel.Error, match="no shard 2: 4 rooms make 2"):
+        sonel.dataset(rooms, tmp_path / "c", shards=[2], **options)
+    with pytest.raises(sonel.Error, match="of other rooms, options"):
+        sonel.dataset(rooms, tmp_path / "b", **{**options, "microphones": None})
+
+
+def test_labels_are_those_of_the_response(tmp_path):
+    rooms = [room for room in sonel.random_rooms(2, **ROOMS)]
+    [path] = sonel.dataset(rooms, tmp_path / "npz", microphones=ARRAY, **QUICK)
+    rows = np.load(path)
+    response = sonel.trace(rooms[1], duration=1.2 * max(b["sabine_s"] for b in rooms[1].room["bands"]), **QUICK["trace"])
+    response = response.render(**QUICK["render"])
+    assert rows["ir"].shape[:2] == (2, 2) and rows["ir"].dtype == np.float32
+    samples = response.impulse_responses(array=ARRAY, sample_rate=16_000)[0, 0]
+    np.testing.assert_array_equal(rows["ir"][1, :, : rows["samples"][1]], samples)
+    np.testing.assert_array_equal(rows["t30_s_low"][1], response.parameters()["t30_s_low"][0, 0])
+    np.testing.assert_array_equal(rows["speech_transmission_index"][1], response.speech_transmission_index()[0, 0])
+    np.testing.assert_array_equal(rows["microphone_position_m"][1], response.receiver_positions[0] + ARRAY)
+    towards = response.source_positions[0] - response.receiver_positions[0]
+    distance = np.linalg.norm(towards)
+    if rows["early_order"][1, 0] == 0:
+        np.testing.assert_allclose(rows["early_direction"][1, 0], towards / distance, atol=1e-6)
+        expected = 10 * np.log10(response["arrival_energy"][0] / (response.energy[0, 0].sum(-1) - response["arrival_energy"][0]))
+        np.testing.assert_allclose(rows["direct_to_reverberant_db"][1], expected)
+    assert np.all(np.diff(rows["early_time_s"][1][rows["early_order"][1] >= 0]) >= 0)
+    [path] = sonel.dataset(rooms, tmp_path / "tar", format="tar", microphones=ARRAY, **QUICK)
+    with tarfile.open(path) as archive:
+        assert archive.getnames() == [f"00000{i}-0-0.{end}" for i in (0, 1) for end in ("ir.npy", "json")]
+        np.testing.assert_array_equal(np.load(io.BytesIO(archive.extractfile("000001-0-0.ir.npy").read())), samples)
+        assert json.load(archive.extractfile("000001-0-0.json"))["samples"] == samples.shape[-1]

@@ -1,0 +1,153 @@
+//! What a listener hears of a recording along a path, as WAV files in a folder.
+
+use std::io::BufReader;
+use std::path::{Path as File, PathBuf};
+
+use anyhow::{Context, bail};
+use glam::DVec3;
+use sonel::{Channels, Path, ReceiverPoint, Response, SoundOptions, Waypoint};
+use sonel_console::input;
+use sonel_console::output::{Complete, Kind, Output};
+use sonel_scene::Scene;
+use sonel_sound::{Recording, resample};
+
+use crate::arguments::Arguments;
+use crate::sound::{folder_for, microphones, numbered};
+
+/// A path with what is heard along it.
+pub struct Walk<'a> {
+    path: Path,
+    spacing: f64,
+    folder: &'a File,
+    /// Names of the sources, as file names hold them.
+    sources: Vec<String>,
+    /// The recording at the sample rate of the responses.
+    signal: Vec<f32>,
+    ambix: Option<u32>,
+    array: Option<Vec<sonel::Microphone>>,
+    sample_rate_hz: u32,
+}
+
+impl<'a> Walk<'a> {
+    /// The walk that is asked for, if any.
+    pub fn of(arguments: &'a Arguments, scene: &Scene) -> anyhow::Result<Option<Self>> {
+        let (Some(file), Some(recording), Some(folder)) =
+            (&arguments.path, &arguments.recording, &arguments.wav)
+        else {
+            return Ok(None);
+        };
+        let label = recording.display().to_string();
+        let opened = input::open(recording).with_context(|| format!("cannot read {label}"))?;
+        let dry = Recording::read(BufReader::new(opened)).with_context(|| label.clone())?;
+        let [signal] = &dry.channels[..] else {
+            bail!("{label} has {} channels: mix them to one", dry.channels.len());
+        };
+        let sample_rate_hz = arguments.wav_rate;
+        Ok(Some(Self {
+            path: read(file)?,
+            spacing: arguments.path_spacing,
+            folder,
+            sources: numbered(scene.sources.iter().map(|source| source.name.as_str())),
+            signal: resample(signal, dry.sample_rate_hz, sample_rate_hz).with_context(|| label)?,
+            ambix: arguments.ambix,
+            array: arguments.array.as_deref().map(microphones).transpose()?,
+            sample_rate_hz,
+        }))
+    }
+
+    /// The places that are rendered, named by the length of the path up to them.
+    pub fn receivers(&self) -> Vec<ReceiverPoint> {
+        sonel::places(&self.path, self.spacing)
+    }
+
+    /// Checks that the folder may be made or used, and that no file in it is lost.
+    pub fn check(&self, inputs: &[PathBuf]) -> anyhow::Result<()> {
+        folder_for(self.folder)?;
+        for (end, _) in self.channels() {
+            let mut paths = self.sources.iter().map(|source| self.file(source, &end));
+            paths.try_for_each(|path| Output::try_create(&path, Kind::SOUND, inputs))?;
+        }
+        Ok(())
+    }
+
+    /// How many sources are heard.
+    pub fn count(&self) -> usize {
+        self.sources.len()
+    }
+
+    /// What the names of files end with, and their channels.
+    fn channels(&self) -> Vec<(String, Channels<'_>)> {
+        let ambix = self.ambix.map(|order| (format!("_ambix{order}"), Channels::Ambisonics(order)));
+        let array = self.array.as_ref().map(|array| ("_array".to_owned(), Channels::Array(array)));
+        std::iter::once((String::new(), Channels::Single)).chain(ambix).chain(array).collect()
+    }
+
+    fn file(&self, source: &str, end: &str) -> PathBuf {
+        self.folder.join(format!("{source}_walk{end}.wav"))
+    }
+
+    /// Completes the files of all sources.
+    pub fn complete(
+        &self,
+        response: &Response,
+        is_own: &[PathBuf],
+        seed: Option<u64>,
+    ) -> anyhow::Result<Vec<Complete>> {
+        let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz, is_matched: false };
+        let mut complete = Vec::new();
+        for (end, channels) in self.channels() {
+            let heard = response.walk((&self.path, self.spacing), channels, &self.signal, options)?;
+            for (source, channels) in self.sources.iter().zip(heard) {
+                let recording = Recording { sample_rate_hz: self.sample_rate_hz, channels };
+                let output = Output::create(&self.file(source, &end), Kind::SOUND, is_own)?;
+                complete.push(output.complete(|out| recording.write(out))?);
+            }
+        }
+        Ok(complete)
+    }
+}
+
+/// The path in a CSV file.
+fn read(file: &File) -> anyhow::Result<Path> {
+    let label = file.display().to_string();
+    let text = input::read_to_string(file).with_context(|| format!("cannot read the path {label}"))?;
+    let points = waypoints(&text, &label)?;
+    Path::new(points).with_context(|| label)
+}
+
+fn waypoints(text: &str, label: &str) -> anyhow::Result<Vec<Waypoint>> {
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
+    let header: Vec<String> = reader.headers()?.iter().map(str::to_lowercase).collect();
+    if header != ["time", "x", "y", "z"] {
+        bail!("{label}:1: the header is \"{}\"; it must be \"time,x,y,z\"", header.join(","));
+    }
+    let (mut points, mut problems) = (Vec::new(), Vec::new());
+    for record in reader.records() {
+        let record = record.with_context(|| label.to_owned())?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let numbers: Result<Vec<f64>, _> = record.iter().map(str::parse).collect();
+        match numbers.map(<[f64; 4]>::try_from) {
+            Ok(Ok([time, x, y, z])) => points.push(Waypoint { time, position: DVec3::new(x, y, z) }),
+            _ => problems.push(format!("{label}:{line}: write a time [s] and three coordinates [m]")),
+        }
+    }
+    if !problems.is_empty() {
+        bail!("{}", problems.join("\nerror: "));
+    }
+    Ok(points)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_read_and_bad_lines_are_named() {
+        let points = waypoints("time, x, y, z\n0, 1, 2, 1.5\n2.5,1,3,1.5\n", "walk.csv").unwrap();
+        assert_eq!(points[1], Waypoint { time: 2.5, position: DVec3::new(1.0, 3.0, 1.5) });
+        let error = waypoints("time,x,y,z\n0,1,2\n1,1,2,x\n", "walk.csv").unwrap_err().to_string();
+        assert!(error.contains("walk.csv:2:") && error.contains("walk.csv:3:"), "{error}");
+        assert!(waypoints("x,y,z\n", "walk.csv").unwrap_err().to_string().contains("time,x,y,z"));
+    }
+}
