@@ -48,7 +48,9 @@ pub fn run(arguments: &Parameters, out: &mut dyn Write, log: &mut dyn Write) -> 
 
 /// The beginning of the line above every block: the scene, where the response names one.
 fn title(response: &Response) -> String {
-    response.metadata["scene"].as_str().map(|scene| format!("{scene}: ")).unwrap_or_default()
+    let variant = response.metadata["variant"].as_str().map(|variant| format!(", {variant}"));
+    let variant = variant.unwrap_or_default();
+    response.metadata["scene"].as_str().map(|scene| format!("{scene}{variant}: ")).unwrap_or_default()
 }
 
 /// Bands of a response whose room states its volume that lie below the Schroeder frequency.

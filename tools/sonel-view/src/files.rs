@@ -30,8 +30,9 @@ impl Files {
         for path in files {
             match artifact::kind(path)? {
                 Some(Artifact::Response) => {
-                    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-                    opened.responses.push((name, Response::open(path).map_err(spelled)?));
+                    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                    let response = Response::open(path).map_err(spelled)?;
+                    opened.responses.push((name(&response, stem, &opened.responses), response));
                 }
                 Some(Artifact::Map) if opened.map.is_some() => {
                     bail!("{} is a second map: give the map of the first response alone", path.display())
@@ -80,6 +81,13 @@ impl Files {
         }
         Ok((responses.into_iter().map(|(name, response)| Subject::new(name, response)).collect(), map))
     }
+}
+
+/// What the page calls a response: its variant, unless another one has this name; else the name of its file.
+fn name(response: &Response, stem: String, others: &[(String, Response)]) -> String {
+    let variant = response.echograms().metadata["variant"].as_str();
+    let is_free = |name: &&str| others.iter().all(|(other, _)| other != name);
+    variant.filter(is_free).map_or(stem, str::to_owned)
 }
 
 fn checked(path: &Path) -> anyhow::Result<Map> {

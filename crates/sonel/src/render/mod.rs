@@ -169,7 +169,7 @@ impl Map {
     fn changed(&self, options: &RenderOptions) -> Result<Changed<'_>> {
         let label = || self.label().to_owned();
         let geometry = self.walls()?;
-        if options.materials.is_none() && options.set.is_empty() {
+        if options.variant.is_none() && options.materials.is_none() && options.set.is_empty() {
             return Ok(Changed { map: Cow::Borrowed(self.sonels()), geometry, warnings: Vec::new() });
         }
         let mut map = self.sonels().clone();
@@ -179,7 +179,8 @@ impl Map {
             ));
         }
         let scene = &map.header().scene;
-        let (materials, sources) = change::changed(scene, options.materials.as_deref(), &options.set)?;
+        let (materials, sources) =
+            change::changed(scene, options.variant.as_deref(), options.materials.as_deref(), &options.set)?;
         map.require_whole().at(label)?;
         self.check()?;
         map.change(materials, sources);
@@ -267,6 +268,9 @@ impl PreparedRendering<'_> {
         watched(observer, |watch| {
             let job = self.job(watch);
             let (mut run, told, is_reached) = self.run(&job)?;
+            if let Some(variant) = &self.options.variant {
+                run.response.metadata["variant"] = json!(variant);
+            }
             if let Some(shard) = self.options.shard {
                 run.response.mark_as_part(shard.index, shard.count);
             }
