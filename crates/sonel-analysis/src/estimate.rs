@@ -314,6 +314,12 @@ pub enum Unsupported {
     /// No musician stands there.
     #[error("support is defined one metre from the source")]
     NotOnStage,
+    /// Nothing is said, or nothing else sounds.
+    #[error("speech in noise needs levels of the noise")]
+    NoNoise,
+    /// The direct sound is blocked, or there is nothing else.
+    #[error("no direct sound arrives, or nothing but direct sound")]
+    NoDirectSound,
     /// Speech needs all its octaves.
     #[error("speech needs the octaves 125 to 8000 Hz; missing: {missing}")]
     BandsMissing {

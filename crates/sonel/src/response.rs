@@ -4,10 +4,10 @@ use std::path::Path;
 
 use glam::DVec3;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
-use sonel_echogram::Response as Echograms;
+use sonel_echogram::{Response as Echograms, SourceChange};
 
-use crate::Result;
 use crate::error::At;
+use crate::{Error, Result};
 
 /// Echograms of S sources at R receivers in B bands and T time bins: fluence per unit of emitted energy [1/m²].
 #[derive(Debug)]
@@ -72,6 +72,21 @@ impl Response {
     #[must_use]
     pub fn echograms(&self) -> &Echograms {
         &self.echograms
+    }
+
+    /// All sources as one, with a gain and a delay each: loudspeakers of a system. Energies are added; lateral energies are left out.
+    ///
+    /// # Errors
+    /// When there is not one change per source.
+    pub fn together(&self, changes: &[SourceChange]) -> Result<Self> {
+        let sources = self.echograms.sources();
+        if changes.len() != sources || sources == 0 {
+            return Err(Error::refused(format!(
+                "{} changes of sources; the response has {sources}: give one for each",
+                changes.len()
+            )));
+        }
+        Ok(Self::of(self.echograms.together(changes), self.surroundings))
     }
 
     /// The room.

@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use sonel_console::choices::{estimator, mode};
 use sonel_console::count::parse_count;
+use sonel_console::heard::HeardArguments;
 use sonel_console::parse_threads;
 use sonel_console::receiver::parse_receiver;
 use sonel_map::Mode;
@@ -18,7 +19,7 @@ mod speech;
 
 pub use coefficients::{Change, FitArguments, OptimiseArguments, To};
 pub use plot::{Drawn, Plot, What};
-pub use speech::{OpenPlan, TalkArguments};
+pub use speech::OpenPlan;
 
 /// Inspects maps and responses, reads room-acoustic parameters.
 #[derive(Debug, Clone, Parser)]
@@ -91,6 +92,9 @@ pub struct Report {
     /// Page to write; an existing one is replaced when the new one is complete.
     #[arg(short, long, value_name = "REPORT.html")]
     pub output: PathBuf,
+    /// Speech, noise, and sources as one system.
+    #[command(flatten)]
+    pub heard: HeardArguments,
 }
 
 /// `listen`.
@@ -426,9 +430,9 @@ pub struct Parameters {
     /// Output format: table, csv or json.
     #[arg(long, value_enum, default_value_t = Format::Table)]
     pub format: Format,
-    /// Speech and background noise.
+    /// Speech, noise, and sources as one system.
     #[command(flatten)]
-    pub talk: TalkArguments,
+    pub heard: HeardArguments,
 }
 
 /// `--format`.

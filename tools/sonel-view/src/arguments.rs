@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use sonel_console::count::parse_count;
+use sonel_console::heard::HeardArguments;
 use sonel_console::parse_threads;
 
 /// Shows a room in the browser: move the listener and the sources, change materials, see and hear the result.
@@ -27,6 +28,9 @@ pub struct Arguments {
     /// Packets of each trace of a scene, such as 20k; more take longer and give narrower intervals [default: 100000].
     #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub packets: Option<u64>,
+    /// Speech, noise, and sources as one system, of responses and of a frozen page.
+    #[command(flatten)]
+    pub heard: HeardArguments,
     /// Port of the address; by default one that is free.
     #[arg(
         long,

@@ -6,6 +6,7 @@ use anyhow::bail;
 use sonel::{Map, RenderOptions, Response, Scene, TraceOptions};
 use sonel_console::artifact::{self, Artifact};
 use sonel_console::follower::Follower;
+use sonel_console::heard::HeardArguments;
 use sonel_console::spelled;
 
 use crate::page::Subject;
@@ -55,6 +56,7 @@ impl Files {
     pub fn rendered(
         self,
         packets: Option<u64>,
+        heard: &HeardArguments,
         follower: &Follower<'_>,
     ) -> anyhow::Result<(Vec<Subject>, Option<Map>)> {
         let Self { scene, map, mut responses } = self;
@@ -79,7 +81,8 @@ impl Files {
             let named = responses.iter().map(|(name, response)| (name.as_str(), response.echograms()));
             artifact::check_scene(named, &map.sonels().header().scene, &mut |text| follower.line(text))?;
         }
-        Ok((responses.into_iter().map(|(name, response)| Subject::new(name, response)).collect(), map))
+        let subject = |(name, response)| Subject::new(name, response, heard);
+        Ok((responses.into_iter().map(subject).collect::<anyhow::Result<_>>()?, map))
     }
 }
 

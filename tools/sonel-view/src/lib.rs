@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use sonel_console::follower::Follower;
+use sonel_console::heard::HeardArguments;
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::progress::ProgressSink;
 use sonel_console::{Log, Outcome, use_threads};
@@ -27,6 +28,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         return freeze(
             &arguments.files,
             output,
+            &arguments.heard,
             arguments.packets,
             ProgressSink::unless(arguments.quiet),
             log,
@@ -43,6 +45,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
 pub fn freeze(
     files: &[PathBuf],
     output: &Path,
+    heard: &HeardArguments,
     packets: Option<u64>,
     progress: ProgressSink,
     log: &mut Log<'_>,
@@ -52,7 +55,7 @@ pub fn freeze(
     }
     let target = Output::create(output, Kind::PAGE, files)?;
     let follower = Follower::new(progress, log);
-    let (subjects, map) = Files::open(files)?.rendered(packets, &follower)?;
+    let (subjects, map) = Files::open(files)?.rendered(packets, heard, &follower)?;
     let pairs: usize = subjects.iter().map(page::Subject::pairs).sum();
     if pairs > page::MOST_PAIRS {
         let most = page::MOST_PAIRS;

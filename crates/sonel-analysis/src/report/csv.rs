@@ -50,6 +50,12 @@ pub fn csv(receivers: &[ReceiverParameters], out: impl Write) -> std::io::Result
         write("", "speech_transmission_index", &receiver.speech_transmission_index, &|_| {
             noticeable::SPEECH_TRANSMISSION_INDEX
         })?;
+        let level = |_| noticeable::LEVEL_DB;
+        write("", "a_weighted_level_db", &receiver.a_weighted_level_db, &level)?;
+        if let Some(speech) = &receiver.in_noise {
+            write("", "speech_level_db", &speech.level_db, &level)?;
+            write("", "signal_to_noise_db", &speech.signal_to_noise_db, &level)?;
+        }
         for band in &receiver.bands {
             let frequency = band.center_frequency_hz.to_string();
             for parameter in band.parameters() {

@@ -11,7 +11,10 @@ mod sections;
 mod words;
 
 use serde_json::{Value, json};
-use sonel_analysis::{ReceiverParameters, parameters};
+use sonel_analysis::ReceiverParameters;
+use sonel_analysis::receiver::parameters_of;
+use sonel_console::heard::HeardArguments;
+use sonel_console::spelled;
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, hexadecimal};
@@ -31,9 +34,17 @@ pub struct Subject {
 
 impl Subject {
     /// Reads the parameters off `response`.
-    pub fn new(name: String, response: sonel::Response) -> Self {
-        let parameters = parameters(response.echograms());
-        Self { name, response, parameters }
+    ///
+    /// # Errors
+    /// When `heard` names a source that the response lacks.
+    pub fn new(name: String, response: sonel::Response, heard: &HeardArguments) -> anyhow::Result<Self> {
+        let changes = heard.changes(response.echograms())?;
+        let response = match changes {
+            Some(changes) => response.together(&changes).map_err(spelled)?,
+            None => response,
+        };
+        let parameters = parameters_of(response.echograms(), heard.talk().as_ref());
+        Ok(Self { name, response, parameters })
     }
 
     /// Number of pairs of source and receiver.
