@@ -202,6 +202,14 @@ fn at_receiver(
                 });
                 parameters.push((Parameter::DirectToReverberant, ratio));
             }
+            if let Some(reached_db) = response.metadata["measured"]["reached_db"][b].as_f64() {
+                parameters.retain_mut(|(parameter, value)| {
+                    if let Some(reason) = refusal(*parameter, reached_db) {
+                        *value = Err(reason);
+                    }
+                    !matches!(parameter, Parameter::SupportEarly | Parameter::SupportLate)
+                });
+            }
             BandParameters {
                 center_frequency_hz,
                 parameters,
@@ -223,6 +231,27 @@ fn at_receiver(
         in_noise: talk.zip(more).map(|(talk, more)| SpeechInNoise::of(&found, talk, more)),
         bands: found,
     }
+}
+
+/// Noise must be so far below the part of a decay that is evaluated [dB] [ISO3382-1].
+const BELOW_DECAY_DB: f64 = 10.0;
+
+/// Why a measurement whose decay meets its noise at a level [dB] has no value of `parameter`.
+fn refusal(parameter: Parameter, reached_db: f64) -> Option<Unsupported> {
+    let needed_db = match parameter {
+        Parameter::EarlyDecayTime => -10.0,
+        Parameter::T20 => -25.0,
+        Parameter::T30 => -35.0,
+        Parameter::Level
+        | Parameter::Strength
+        | Parameter::SignalToNoise
+        | Parameter::UsefulToDetrimental => {
+            return Some(Unsupported::NotCalibrated);
+        }
+        // Ratios of energies are off by less than a just-noticeable difference.
+        _ => -10.0,
+    } - BELOW_DECAY_DB;
+    (reached_db > needed_db).then_some(Unsupported::NoiseReached { reached_db, needed_db })
 }
 
 /// U50 [Bradley1986] and signal-to-noise ratio of speech that is `more` [dB] louder than the source, in noise of a level [dB].

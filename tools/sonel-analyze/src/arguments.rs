@@ -424,8 +424,8 @@ pub struct Verify {
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:\n  sonel-analyze parameters room.npz --format csv > room.csv")]
 pub struct Parameters {
-    /// A response written by sonel-render.
-    #[arg(value_name = "RESPONSE.npz")]
+    /// A response written by sonel-render, or a measured impulse response.
+    #[arg(value_name = "RESPONSE.npz|IMPULSE.wav")]
     pub response: PathBuf,
     /// Output format: table, csv or json.
     #[arg(long, value_enum, default_value_t = Format::Table)]

@@ -122,8 +122,11 @@ impl Subject {
                 format!("{} has no {what} \"{wanted}\"; it has {}", path.display(), names.join(", "))
             }),
         };
-        let source = find("source", &response.source_names, arguments.source.as_ref())?;
-        let receiver = find("receiver", &response.receiver_names, arguments.receiver.as_ref())?;
+        // A measurement is of one source at one receiver, whatever they are called.
+        let is_measured = response.metadata["measured"].is_object();
+        let named = |name: &'_ Option<String>| name.clone().filter(|_| !is_measured);
+        let source = find("source", &response.source_names, named(&arguments.source).as_ref())?;
+        let receiver = find("receiver", &response.receiver_names, named(&arguments.receiver).as_ref())?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self { path: path.to_owned(), name, response, talk, source, receiver })
     }
