@@ -12,6 +12,7 @@ use sonel_console::receiver::parse_receiver;
 use sonel_map::Mode;
 use sonel_renderer::{Estimator, ReceiverPoint};
 use sonel_study::effects::EffectSpec;
+use sonel_view::HeadArguments;
 
 mod coefficients;
 mod plot;
@@ -83,6 +84,8 @@ pub enum Command {
 #[command(after_help = "Example:
   sonel-analyze report hall.npz hall.sonelmap -o hall.html
   sonel-analyze report before.npz after.npz before.sonelmap -o renovation.html
+  sonel-analyze report class.npz class-tiles.npz class.sonelmap -o class.html \
+    --project 'School, room 12' --date 2026-11-27 --target din18041-a3 --noise NR-30
 
 The file needs no network. With the map it also shows room, effects and energy ledger.")]
 pub struct Report {
@@ -95,6 +98,9 @@ pub struct Report {
     /// Speech, noise, and sources as one system.
     #[command(flatten)]
     pub heard: HeardArguments,
+    /// What stands above the page, and targets.
+    #[command(flatten)]
+    pub head: HeadArguments,
 }
 
 /// `listen`.

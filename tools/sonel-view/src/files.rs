@@ -46,7 +46,25 @@ impl Files {
         if opened.scene.is_some() && opened.map.is_some() {
             bail!("a scene and a map: give the scene, which is traced, or the map");
         }
+        opened.call_by_scene();
         Ok(opened)
+    }
+
+    /// Beside variants, the response of the scene itself is called as the scene.
+    fn call_by_scene(&mut self) {
+        let metadata =
+            |response: &Response, key: &str| response.echograms().metadata[key].as_str().map(str::to_owned);
+        if !self.responses.iter().any(|(_, response)| metadata(response, "variant").is_some()) {
+            return;
+        }
+        for at in 0..self.responses.len() {
+            let response = &self.responses[at].1;
+            let scene = metadata(response, "scene").filter(|_| metadata(response, "variant").is_none());
+            let is_free = |name: &String| self.responses.iter().all(|(other, _)| other != name);
+            if let Some(scene) = scene.filter(is_free) {
+                self.responses[at].0 = scene;
+            }
+        }
     }
 
     /// Responses and their map: what is missing is traced with `packets` and rendered at the receivers of the scene.

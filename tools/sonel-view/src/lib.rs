@@ -15,7 +15,7 @@ use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::progress::ProgressSink;
 use sonel_console::{Log, Outcome, use_threads};
 
-pub use arguments::Arguments;
+pub use arguments::{Arguments, HeadArguments};
 use files::Files;
 
 /// Runs the program: the address to `out`, everything else to `log`.
@@ -29,6 +29,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
             &arguments.files,
             output,
             &arguments.heard,
+            &arguments.head,
             arguments.packets,
             ProgressSink::unless(arguments.quiet),
             log,
@@ -46,6 +47,7 @@ pub fn freeze(
     files: &[PathBuf],
     output: &Path,
     heard: &HeardArguments,
+    head: &HeadArguments,
     packets: Option<u64>,
     progress: ProgressSink,
     log: &mut Log<'_>,
@@ -66,7 +68,7 @@ pub fn freeze(
     let walls = map.as_ref().map(|map| follower.result(map.walls())).transpose()?;
     let traced =
         map.as_ref().zip(walls.as_deref()).map(|(map, walls)| page::Traced { map: map.sonels(), walls });
-    let text = page::of_responses(&subjects, traced, None);
+    let text = page::of_responses(&subjects, traced, &head.head(), None);
     target.write(|out| out.write_all(text.as_bytes()))?;
     follower.line(&format!("{:.1} MB; written to {}", text.len() as f64 / 1e6, output.display()))?;
     Ok(Outcome::Done)

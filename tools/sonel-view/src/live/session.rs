@@ -97,7 +97,12 @@ impl Session {
             (_, shown) => {
                 let traced = map.as_ref().zip(walls.as_deref());
                 let traced = traced.map(|(map, walls)| Traced { map: map.sonels(), walls });
-                page::of_responses(&subjects, traced, shown.is_some().then_some(token))
+                page::of_responses(
+                    &subjects,
+                    traced,
+                    &arguments.head.head(),
+                    shown.is_some().then_some(token),
+                )
             }
         };
         state.maps = u64::from(map.is_some());

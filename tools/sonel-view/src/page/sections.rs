@@ -23,7 +23,7 @@ const SINGLE: [Parameter; 6] = [
 ];
 
 /// The single numbers of these responses: lateral ones where any has directions.
-fn single(subjects: &[Subject]) -> Vec<Parameter> {
+pub fn single(subjects: &[Subject]) -> Vec<Parameter> {
     let lateral = subjects.iter().any(|subject| subject.echograms().directions.is_some());
     let has_noise = has_noise(subjects);
     let lateral = Parameter::LATERAL.into_iter().filter(|_| lateral);
@@ -51,7 +51,7 @@ fn label(subjects: &[Subject], subject: &Subject, parameters: &ReceiverParameter
 }
 
 /// Value with the half-width of its interval, as tables have it.
-fn cell(estimate: &ParameterValue, factor: f64) -> String {
+pub fn cell(estimate: &ParameterValue, factor: f64) -> String {
     let Ok(estimate) = estimate else { return "–".to_owned() };
     let value = estimate.value * factor;
     match &estimate.interval {
