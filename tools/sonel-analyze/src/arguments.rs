@@ -84,8 +84,8 @@ pub enum Command {
 #[command(after_help = "Example:
   sonel-analyze report hall.npz hall.sonelmap -o hall.html
   sonel-analyze report before.npz after.npz before.sonelmap -o renovation.html
-  sonel-analyze report class.npz class-tiles.npz class.sonelmap -o class.html \
-    --project 'School, room 12' --date 2026-11-27 --target din18041-a3 --noise NR-30
+  sonel-analyze report class.npz class-tiles.npz class.sonelmap -o class.html \\
+    --project 'School, room 12' --date 2026-11-27 --target din18041-a3
 
 The file needs no network. With the map it also shows room, effects and energy ledger.")]
 pub struct Report {

@@ -10,13 +10,14 @@ use sonel_console::heard::{noise, speech};
 #[command(after_help = "Example:
   sonel-analyze open-plan office.npz --noise 42,38,35,32,28,24,20 \\
     --receiver desk1 --receiver desk2 --receiver desk3 --receiver desk4
-  sonel-analyze open-plan none.npz screens-1.4.npz screens-1.8.npz --noise NR-35 \\
-    -o screens.svg")]
+  sonel-analyze open-plan none.npz screens-1.4.npz screens-1.8.npz \\
+    --noise NR-35 -o screens.svg")]
 pub struct OpenPlan {
     /// Responses written by sonel-render, side by side; insertion losses are those of the others re the first.
     #[arg(value_name = "RESPONSE.npz", required = true)]
     pub responses: Vec<PathBuf>,
-    /// Also draw levels with their regression and speech transmission index over distance, as SVG or PNG by the ending.
+    /// SVG or PNG file to write, by its ending: levels with their regression and speech transmission index over distance; an existing one is
+    /// replaced when the new one is complete.
     #[arg(short, long, value_name = "X.svg|X.png")]
     pub output: Option<PathBuf>,
     /// Background noise: a curve such as NR-35 or NC-30, or levels in the octaves 125 … 8000 Hz [dB re 20 µPa], seven numbers with commas
