@@ -173,6 +173,7 @@ fn render_options(k: &Keywords<'_>) -> PyResult<RenderOptions> {
         seed: k.whole("seed")?,
         air,
         directions: k.flag("directions", false)?,
+        variant: k.text("variant")?,
         materials: k.text("materials")?.map(PathBuf::from),
         set: k.changes()?,
         grid: k.parsed("grid")?,

@@ -27,6 +27,7 @@ mod picture;
 mod refraction;
 mod rows;
 mod screens;
+mod shipped_rooms;
 mod short_runs;
 mod sound;
 mod thick_partitions;

@@ -90,7 +90,17 @@ fn responses_stand_side_by_side_and_a_foreign_map_is_remarked() {
     let folder = rendered();
     trace(&folder, "b.sonelmap", &["--packets", "1k", "--seed", "7"]).unwrap();
     render(&folder, "b.sonelmap", "b.npz", &[]).unwrap();
-    analyze(&folder, &["report", "a.npz", "b.npz", "a.sonelmap", "-o", "both.html"]).unwrap();
+    // Files are told by dots: the words have none.
+    let client =
+        ["--project", "Room <12>", "--date", "today", "--target", "c50>=-99dB", "--target", "t30<=1ms"];
+    let files = ["report", "a.npz", "b.npz", "a.sonelmap", "-o", "both.html"];
+    analyze(&folder, &[&files[..], &client].concat()).unwrap();
+    let page = folder.text("both.html");
+    for text in
+        ["<h1>Room &lt;12&gt;</h1>", "<td>today</td>", "<td>pass</td>", "<td>fail</td>", "id=\"Differences\""]
+    {
+        assert!(page.contains(text), "{text}");
+    }
     let page = folder.text("both.html");
     assert!(
         page.contains("b was not rendered from this map")

@@ -9,7 +9,7 @@ use clap::ValueEnum;
 
 use xtask::workspace;
 
-use crate::{attack, cluster, container, documentation, python_package, view};
+use crate::{attack, cluster, container, documentation, measured, python_package, view};
 
 /// A part of what is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -26,6 +26,8 @@ pub enum Part {
     Python,
     /// The page of sonel-view in a browser
     View,
+    /// Measured impulse responses against pyrato
+    Measured,
     /// Programs killed, short of disk and memory, with damaged inputs
     Attack,
     /// Statistical runs
@@ -36,13 +38,14 @@ pub enum Part {
 pub fn run(part: Option<Part>) -> Result<()> {
     // What it needs where something of it cannot run.
     type Run = fn() -> Result<Option<&'static str>>;
-    let parts: [(Part, Run); 8] = [
+    let parts: [(Part, Run); 9] = [
         (Part::Documentation, || documentation::check().map(|()| None)),
         (Part::Packages, packages),
         (Part::Cluster, cluster::accept),
         (Part::Container, container::accept),
         (Part::Python, || python_package::accept().map(|()| None)),
         (Part::View, view::accept),
+        (Part::Measured, || measured::accept().map(|()| None)),
         (Part::Attack, || attack::accept().map(|()| None)),
         (Part::Tests, || tests().map(|()| None)),
     ];

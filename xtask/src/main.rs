@@ -9,6 +9,7 @@ mod cluster;
 mod container;
 mod demo;
 mod documentation;
+mod measured;
 mod pages;
 mod python;
 mod python_package;

@@ -16,6 +16,7 @@ pub mod just_noticeable;
 mod lanes;
 mod levels;
 mod material;
+pub mod noise;
 mod statistics;
 
 pub use absorption_law::AbsorptionLaw;

@@ -14,7 +14,7 @@
 
 use sonel_acoustics::just_noticeable as noticeable;
 
-use crate::estimate::{Estimate, ParameterValue, StandardError};
+use crate::estimate::{Estimate, NoInterval, ParameterValue, StandardError};
 use crate::jackknife;
 use crate::parameter::Parameter;
 use crate::receiver::ReceiverParameters;
@@ -185,6 +185,25 @@ impl Pair<'_> {
             differs: value.abs() > student::quantile(level, joint.freedom) * joint.sigma + rounding,
         })
     }
+}
+
+/// `b` − `a` of runs with seeds of their own, with its 95 % interval; without one where either has none.
+///
+/// # Errors
+/// The first reason why one of them has no value.
+pub fn difference(a: &ParameterValue, b: &ParameterValue) -> ParameterValue {
+    let (a, b) = (a.as_ref().map_err(Clone::clone)?, b.as_ref().map_err(Clone::clone)?);
+    let value = b.value - a.value;
+    let reason = [a, b].into_iter().find_map(|estimate| estimate.interval.as_ref().err());
+    let joint = a.error.zip(b.error).map(|(a, b)| welch(a, b));
+    let interval = match (reason, joint) {
+        (None, Some(joint)) => {
+            let half_width = student::quantile(MISSED, joint.freedom) * joint.sigma;
+            Ok([value - half_width, value + half_width])
+        }
+        (reason, _) => Err(reason.cloned().unwrap_or(NoInterval::NoBatches)),
+    };
+    Ok(Estimate { error: joint.filter(|_| interval.is_ok()), ..Estimate::bare(value, interval) })
 }
 
 /// Standard error of a difference, with the degrees of freedom of Welch and Satterthwaite.

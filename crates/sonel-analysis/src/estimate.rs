@@ -314,6 +314,25 @@ pub enum Unsupported {
     /// No musician stands there.
     #[error("support is defined one metre from the source")]
     NotOnStage,
+    /// A measurement whose noise is too loud.
+    #[error(
+        "the noise of the measurement meets the decay at {reached_db:.1} dB, {needed_db:.0} dB are needed (ISO 3382-1): measure with more level or less noise"
+    )]
+    NoiseReached {
+        /// Level of the decay curve where it meets the noise [dB].
+        reached_db: f64,
+        /// What the parameter needs [dB].
+        needed_db: f64,
+    },
+    /// A measurement of unknown level.
+    #[error("the measurement is not calibrated: levels are not known")]
+    NotCalibrated,
+    /// Nothing is said, or nothing else sounds.
+    #[error("speech in noise needs levels of the noise")]
+    NoNoise,
+    /// The direct sound is blocked, or there is nothing else.
+    #[error("no direct sound arrives, or nothing but direct sound")]
+    NoDirectSound,
     /// Speech needs all its octaves.
     #[error("speech needs the octaves 125 to 8000 Hz; missing: {missing}")]
     BandsMissing {

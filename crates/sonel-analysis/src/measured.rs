@@ -12,6 +12,8 @@ use crate::parameter::Parameter;
 use crate::student::NORMAL_95;
 
 const NEEDED: [&str; 4] = ["receiver", "center_frequency_hz", "parameter", "value"];
+/// Parameters over all bands, which are left out.
+const WITHOUT_BAND: [&str; 3] = ["speech_transmission_index", "a_weighted_level_db", "speech_level_db"];
 const PLACE: [&str; 3] = ["receiver_x_m", "receiver_y_m", "receiver_z_m"];
 
 /// A row.
@@ -35,7 +37,7 @@ pub struct MeasuredRow {
     pub sigma: Option<f64>,
 }
 
-/// Rows of parameters per band; those of the speech transmission index are left out.
+/// Rows of parameters per band; those over all bands are left out.
 ///
 /// # Errors
 /// Every problem of `table`, a sentence with its line each.
@@ -74,8 +76,12 @@ fn row(header: &StringRecord, record: &StringRecord) -> Result<Option<MeasuredRo
     };
     let needed = |name: &str| text(name).ok_or_else(|| format!("line {line}: {name} is empty"));
     let key = needed("parameter")?;
-    let mut unused = Parameter::LATERAL.into_iter().chain(Parameter::SUPPORT.map(|(support, _)| support));
-    if key == "speech_transmission_index" || unused.any(|parameter| parameter.key() == key) {
+    let mut unused = Parameter::LATERAL
+        .into_iter()
+        .chain(Parameter::SUPPORT.map(|(support, _)| support))
+        .chain(Parameter::IN_NOISE)
+        .chain([Parameter::DirectToReverberant]);
+    if WITHOUT_BAND.contains(&key) || unused.any(|parameter| parameter.key() == key) {
         return Ok(None);
     }
     let parameter = Parameter::ALL.into_iter().find(|parameter| parameter.key() == key).ok_or_else(|| {

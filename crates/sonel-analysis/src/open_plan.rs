@@ -9,7 +9,7 @@
 
 use sonel_echogram::Response;
 
-use crate::average::derived;
+use crate::derived::derived;
 use crate::estimate::{ParameterValue, Unsupported};
 use crate::modulation::{SPEECH_OCTAVES, Talk};
 use crate::parameter::Parameter;

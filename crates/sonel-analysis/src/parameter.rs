@@ -43,6 +43,12 @@ pub enum Parameter {
     SupportEarly,
     /// Late stage support ST_late [dB].
     SupportLate,
+    /// Useful-to-detrimental ratio U50 [dB]: speech of the first 50 ms over later speech and noise.
+    UsefulToDetrimental,
+    /// Level of speech over that of the noise [dB].
+    SignalToNoise,
+    /// Direct sound over everything else [dB].
+    DirectToReverberant,
 }
 
 /// Number of parameters per band that every response has.
@@ -70,6 +76,9 @@ impl Parameter {
     pub const SUPPORT: [(Self, [f64; 2]); 2] =
         [(Self::SupportEarly, [0.020, 0.100]), (Self::SupportLate, [0.100, 1.000])];
 
+    /// Parameters of speech in noise, besides.
+    pub const IN_NOISE: [Self; 2] = [Self::UsefulToDetrimental, Self::SignalToNoise];
+
     /// Key in JSON and CSV.
     #[must_use]
     pub fn key(self) -> &'static str {
@@ -88,11 +97,14 @@ impl Parameter {
             Self::LateLateralLevel => "late_lateral_level_db",
             Self::SupportEarly => "support_early_db",
             Self::SupportLate => "support_late_db",
+            Self::UsefulToDetrimental => "useful_to_detrimental_u50_db",
+            Self::SignalToNoise => "signal_to_noise_db",
+            Self::DirectToReverberant => "direct_to_reverberant_db",
         }
     }
 
-    /// The just-noticeable difference about `value`, in its own unit. Those of L_J and support are not known: they are
-    /// taken for that of levels.
+    /// The just-noticeable difference about `value`, in its own unit. Those of L_J, support, U50 and ratios of direct sound are not known:
+    /// they are taken for those of levels and of clarity.
     #[must_use]
     pub fn just_noticeable(self, value: f64) -> f64 {
         match self {
@@ -100,10 +112,13 @@ impl Parameter {
             | Self::Strength
             | Self::LateLateralLevel
             | Self::SupportEarly
-            | Self::SupportLate => noticeable::LEVEL_DB,
+            | Self::SupportLate
+            | Self::SignalToNoise => noticeable::LEVEL_DB,
             Self::EarlyDecayTime => noticeable::EARLY_DECAY_TIME * value,
             Self::T20 | Self::T30 => noticeable::REVERBERATION_TIME * value,
-            Self::ClarityC50 | Self::ClarityC80 => noticeable::CLARITY_DB,
+            Self::ClarityC50 | Self::ClarityC80 | Self::UsefulToDetrimental | Self::DirectToReverberant => {
+                noticeable::CLARITY_DB
+            }
             Self::DefinitionD50 => noticeable::DEFINITION,
             Self::CenterTime => noticeable::CENTER_TIME,
             Self::LateralFraction | Self::LateralFractionCosine => noticeable::LATERAL_FRACTION,
@@ -134,6 +149,9 @@ impl Parameter {
             Self::LateLateralLevel => ("LJ", "dB", 1.0),
             Self::SupportEarly => ("STearly", "dB", 1.0),
             Self::SupportLate => ("STlate", "dB", 1.0),
+            Self::UsefulToDetrimental => ("U50", "dB", 1.0),
+            Self::SignalToNoise => ("SNR", "dB", 1.0),
+            Self::DirectToReverberant => ("DRR", "dB", 1.0),
         }
     }
 }
@@ -201,6 +219,9 @@ impl Values {
                 Err(Unsupported::NoDirections)
             }
             Parameter::SupportEarly | Parameter::SupportLate => Err(Unsupported::NotOnStage),
+            Parameter::UsefulToDetrimental | Parameter::SignalToNoise | Parameter::DirectToReverberant => {
+                Err(Unsupported::NoNoise)
+            }
         });
         Self { values, lines, curve }
     }

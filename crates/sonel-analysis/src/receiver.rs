@@ -7,10 +7,12 @@ use std::cell::RefCell;
 
 use rayon::prelude::*;
 use sonel_acoustics::just_noticeable as noticeable;
-use sonel_echogram::Response;
+use sonel_acoustics::noise;
+use sonel_echogram::{ArrivalKind, Response};
 
 use crate::batches::{self, Parts};
 use crate::decay::Echogram;
+use crate::derived::derived;
 use crate::estimate::{Estimate, NoInterval, ParameterValue, Unsupported};
 use crate::listed;
 use crate::missing::{self, Bounds};
@@ -32,8 +34,44 @@ pub struct ReceiverParameters {
     pub position: [f64; 3],
     /// Speech transmission index of the room alone, without noise, 0 … 1.
     pub speech_transmission_index: ParameterValue,
+    /// A-weighted level of all bands of the source [dB re 20 µPa].
+    pub a_weighted_level_db: ParameterValue,
+    /// Speech in noise; none without noise.
+    pub in_noise: Option<SpeechInNoise>,
     /// Bands, ascending in frequency.
     pub bands: Vec<BandParameters>,
+}
+
+/// A-weighted levels of speech and noise in the octaves of speech.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpeechInNoise {
+    /// Of the speech [dB re 20 µPa].
+    pub level_db: ParameterValue,
+    /// Of the noise [dB re 20 µPa].
+    pub noise_level_db: f64,
+    /// Speech over noise [dB].
+    pub signal_to_noise_db: ParameterValue,
+}
+
+impl SpeechInNoise {
+    fn of(bands: &[BandParameters], talk: &Talk, more: [f64; 7]) -> Self {
+        let noise_level_db = noise::a_weighted_db(&SPEECH_OCTAVES, &talk.noise_level_db);
+        let found: Vec<&ParameterValue> = SPEECH_OCTAVES
+            .iter()
+            .filter_map(|octave| bands.iter().find(|band| band.center_frequency_hz.total_cmp(octave).is_eq()))
+            .map(|band| band.parameter(Parameter::Level))
+            .collect();
+        let complete = found.len() == SPEECH_OCTAVES.len();
+        let sum = |levels: &[f64]| {
+            let louder: Vec<f64> = levels.iter().zip(more).map(|(level, more)| level + more).collect();
+            noise::a_weighted_db(&SPEECH_OCTAVES, &louder)
+        };
+        let read = |less: f64| match complete {
+            true => derived(|levels| sum(levels) - less, found.iter().copied()),
+            false => Err(Unsupported::NotOctaves),
+        };
+        Self { level_db: read(0.0), noise_level_db, signal_to_noise_db: read(noise_level_db) }
+    }
 }
 
 /// Figures of one band.
@@ -50,6 +88,8 @@ pub struct BandParameters {
 /// Stands for parameters of responses with directions, and of receivers one metre from a source.
 static NO_DIRECTIONS: ParameterValue = Err(Unsupported::NoDirections);
 static NOT_ON_STAGE: ParameterValue = Err(Unsupported::NotOnStage);
+static NO_NOISE: ParameterValue = Err(Unsupported::NoNoise);
+static NO_DIRECT_SOUND: ParameterValue = Err(Unsupported::NoDirectSound);
 
 impl BandParameters {
     /// The value of `parameter`.
@@ -57,6 +97,8 @@ impl BandParameters {
         match self.parameters.iter().find(|(found, _)| *found == parameter) {
             Some((_, estimate)) => estimate,
             None if Parameter::LATERAL.contains(&parameter) => &NO_DIRECTIONS,
+            None if Parameter::IN_NOISE.contains(&parameter) => &NO_NOISE,
+            None if parameter == Parameter::DirectToReverberant => &NO_DIRECT_SOUND,
             None => &NOT_ON_STAGE,
         }
     }
@@ -68,6 +110,15 @@ impl BandParameters {
 }
 
 impl ReceiverParameters {
+    /// Levels of the source in [`noise::NOISE_OCTAVES`] [dB re 20 µPa], for ratings of what it radiates as noise; none where an octave is missing.
+    #[must_use]
+    pub fn octave_levels_db(&self) -> [Option<f64>; 8] {
+        noise::NOISE_OCTAVES.map(|octave| {
+            let band = self.bands.iter().find(|band| band.center_frequency_hz.total_cmp(&octave).is_eq())?;
+            band.parameter(Parameter::Level).as_ref().ok().map(|estimate| estimate.value)
+        })
+    }
+
     /// All parameters, the speech transmission index first.
     pub fn parameters(&self) -> impl Iterator<Item = &ParameterValue> {
         std::iter::once(&self.speech_transmission_index)
@@ -129,22 +180,112 @@ fn at_receiver(
     let (source_position, position) = (response.source_positions[s], response.receiver_positions[r]);
     let squares = source_position.iter().zip(position).map(|(from, to)| (from - to) * (from - to));
     let on_stage = support::is_defined(squares.sum::<f64>().sqrt());
+    let count = response.bands();
+    let power = &response.source_power_level_db[s * count..(s + 1) * count];
+    let more = talk.map(|talk| talk.more_than(&response.center_frequency_hz, power));
+    let has_direct = response.metadata["together"].is_array();
+    let found: Vec<BandParameters> = bands
+        .par_iter()
+        .enumerate()
+        .zip(&response.center_frequency_hz)
+        .map(|((b, band), &center_frequency_hz)| {
+            let mut parameters = band_parameters(band, on_stage);
+            let octave =
+                SPEECH_OCTAVES.iter().position(|octave| octave.total_cmp(&center_frequency_hz).is_eq());
+            if let Some(((talk, more), k)) = talk.zip(more).zip(octave) {
+                parameters.extend(in_noise(&band.all, more[k], talk.noise_level_db[k]));
+            }
+            if has_direct {
+                let direct = direct_energy(response, s, r, b);
+                let ratio = checked(&[&band.all], Parameter::DirectToReverberant, |values| {
+                    direct_ratio(values[0], direct)
+                });
+                parameters.push((Parameter::DirectToReverberant, ratio));
+            }
+            if let Some(reached_db) = response.metadata["measured"]["reached_db"][b].as_f64() {
+                parameters.retain_mut(|(parameter, value)| {
+                    if let Some(reason) = refusal(*parameter, reached_db) {
+                        *value = Err(reason);
+                    }
+                    !matches!(parameter, Parameter::SupportEarly | Parameter::SupportLate)
+                });
+            }
+            BandParameters {
+                center_frequency_hz,
+                parameters,
+                windows: WINDOWS.map(|window| window_parameter(&band.all, window)),
+            }
+        })
+        .collect();
+    let levels = found.iter().map(|band| band.parameter(Parameter::Level));
     ReceiverParameters {
         source: response.source_names[s].clone(),
         source_position,
         name: response.receiver_names[r].clone(),
         position,
         speech_transmission_index: speech(response, s, &bands, talk),
-        bands: bands
-            .par_iter()
-            .zip(&response.center_frequency_hz)
-            .map(|(band, &center_frequency_hz)| BandParameters {
-                center_frequency_hz,
-                parameters: band_parameters(band, on_stage),
-                windows: WINDOWS.map(|window| window_parameter(&band.all, window)),
-            })
-            .collect(),
+        a_weighted_level_db: derived(
+            |levels| noise::a_weighted_db(&response.center_frequency_hz, levels),
+            levels,
+        ),
+        in_noise: talk.zip(more).map(|(talk, more)| SpeechInNoise::of(&found, talk, more)),
+        bands: found,
     }
+}
+
+/// Noise must be so far below the part of a decay that is evaluated [dB] [ISO3382-1].
+const BELOW_DECAY_DB: f64 = 10.0;
+
+/// Why a measurement whose decay meets its noise at a level [dB] has no value of `parameter`.
+fn refusal(parameter: Parameter, reached_db: f64) -> Option<Unsupported> {
+    let needed_db = match parameter {
+        Parameter::EarlyDecayTime => -10.0,
+        Parameter::T20 => -25.0,
+        Parameter::T30 => -35.0,
+        Parameter::Level
+        | Parameter::Strength
+        | Parameter::SignalToNoise
+        | Parameter::UsefulToDetrimental => {
+            return Some(Unsupported::NotCalibrated);
+        }
+        // Ratios of energies are off by less than a just-noticeable difference.
+        _ => -10.0,
+    } - BELOW_DECAY_DB;
+    (reached_db > needed_db).then_some(Unsupported::NoiseReached { reached_db, needed_db })
+}
+
+/// U50 [Bradley1986] and signal-to-noise ratio of speech that is `more` [dB] louder than the source, in noise of a level [dB].
+fn in_noise(band: &Reading, more: f64, noise_db: f64) -> [(Parameter, ParameterValue); 2] {
+    let [ratio, signal] = Parameter::IN_NOISE;
+    let of = |values: &Values, parameter: Parameter| values.values[parameter as usize].clone();
+    let useful = checked(&[band], ratio, |values| {
+        let [level, early] =
+            [of(values[0], Parameter::Level)? + more, of(values[0], Parameter::DefinitionD50)?];
+        let noise = libm::pow(10.0, 0.1 * (noise_db - level));
+        Ok(10.0 * libm::log10(early / (1.0 - early + noise)))
+    });
+    let over = checked(&[band], signal, |values| Ok(of(values[0], Parameter::Level)? + more - noise_db));
+    [(ratio, useful), (signal, over)]
+}
+
+/// Fluence of the direct sound of source `s` at receiver `r` in band `b` per unit emitted energy [1/m²].
+fn direct_energy(response: &Response, s: usize, r: usize, b: usize) -> f64 {
+    let arrivals = &response.arrivals;
+    let is_direct = |&at: &usize| {
+        arrivals.kind[at] == ArrivalKind::Direct as u32
+            && (arrivals.source[at] as usize, arrivals.receiver[at] as usize) == (s, r)
+    };
+    let direct = (0..arrivals.source.len()).filter(is_direct);
+    direct.map(|at| arrivals.energy[at * response.bands() + b]).sum()
+}
+
+/// 10 lg of direct over other energy [dB].
+fn direct_ratio(values: &Values, direct: f64) -> Result<f64, Unsupported> {
+    let total = values.curve.as_ref().map_err(Clone::clone)?.total();
+    if direct <= 0.0 || direct >= total {
+        return Err(Unsupported::NoDirectSound);
+    }
+    Ok(10.0 * libm::log10(direct / (total - direct)))
 }
 
 fn read(response: &Response, listed: &listed::Index, s: usize, r: usize, b: usize) -> Reading {

@@ -129,6 +129,19 @@ pub(crate) struct VariantRecord {
     pub coefficients: MaterialRecord,
 }
 
+/// Named choices among the variants: the section that only a scene with such has.
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub(crate) struct DesignsRecord {
+    pub designs: Vec<DesignRecord>,
+}
+
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub(crate) struct DesignRecord {
+    pub name: String,
+    /// Numbers of materials and of their variants.
+    pub choices: Vec<[u32; 2]>,
+}
+
 /// Measured directivities and those of receivers: the section that only a scene with such has.
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
 pub(crate) struct DirectivityRecord {

@@ -104,7 +104,15 @@ fn facts_per_band(header: &MapHeader) -> Vec<Fact> {
     let regions = scene.media.iter().flat_map(|media| &media.regions).map(|region| {
         (format!("attenuation by air of region \"{}\" [1/m]", region.name), numbers(&region.air_attenuation))
     });
-    effects.chain([air]).chain(regions).chain(materials).chain(variants).chain(sources).collect()
+    let designs = scene.designs.iter().map(|design| {
+        let of = |&(material, variant): &(u32, u32)| {
+            format!("variant {variant} of \"{}\"", scene.materials[material as usize].name)
+        };
+        let choices: Vec<String> = design.choices.iter().map(of).collect();
+        (format!("variant \"{}\"", design.name), choices.join("; "))
+    });
+    let materials = materials.chain(variants).chain(designs);
+    effects.chain([air]).chain(regions).chain(materials).chain(sources).collect()
 }
 
 fn mesh(scene: &Scene) -> String {

@@ -414,13 +414,14 @@ fn check_tiling(chunks: &[ChunkEntry], sections: &Sections<'_>, bytes: &[u8]) ->
 fn read_header(sections: Sections<'_>, surfaces: &[SurfaceRow]) -> Result<MapHeader, MapError> {
     let mesh = record::mesh(sections.rows("mesh.vertices")?, sections.rows("mesh.triangles")?);
     let (directivity, media) = (sections.record(directivity::SECTION)?, sections.record(media::SECTION)?);
-    let variants = sections.record(variants::SECTION)?;
+    let (variants, designs) = (sections.record(variants::SECTION)?, sections.record(variants::DESIGNS)?);
     let laws = sections.optional(record::LAWS)?;
     let gradient = sections.optional(GRADIENT)?;
     let Sections { header, header_offset, .. } = sections;
     let damaged = |reason| MapError::Damaged { offset: header_offset, reason };
     let mut header = record::header(header, mesh, directivity, laws).map_err(damaged)?;
     variants::apply(variants, &mut header.scene).map_err(damaged)?;
+    variants::apply_designs(designs, &mut header.scene).map_err(damaged)?;
     if let Some(record) = media {
         header.scene.media = Some(media::media(record, &header.scene, surfaces).map_err(damaged)?);
     }

@@ -232,6 +232,7 @@ fn scene(record: SceneRecord, mesh: Mesh, laws: &[u8]) -> Result<Scene, String> 
         has_default_duration: false,
         materials,
         variants: Vec::new(),
+        designs: Vec::new(),
         mesh,
         sources: record.sources.into_iter().map(|s| source(s, expected)).collect::<Result<_, _>>()?,
         receivers: record.receivers.into_iter().map(receiver).collect::<Result<_, _>>()?,

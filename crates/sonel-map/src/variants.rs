@@ -1,14 +1,16 @@
 //! Variants of materials as a section of the file, validated on reading.
 
 use sonel_acoustics::Material;
-use sonel_scene::Scene;
+use sonel_scene::{Design, Scene};
 
-use crate::codec::{VariantRecord, VariantsRecord};
+use crate::codec::{DesignRecord, DesignsRecord, VariantRecord, VariantsRecord};
 use crate::leads::{MOST_SETS, set_count};
 use crate::record;
 
 /// Name of the section.
 pub(crate) const SECTION: &str = "variants";
+/// Name of the section of named choices among them.
+pub(crate) const DESIGNS: &str = "designs";
 
 /// The section of `scene`; [`None`] where no material has variants.
 pub(crate) fn record(scene: &Scene) -> Option<VariantsRecord> {
@@ -35,6 +37,31 @@ pub(crate) fn apply(section: Option<VariantsRecord>, scene: &mut Scene) -> Resul
     }
     if set_count(scene) > MOST_SETS {
         return Err("variants differ in more shares of events than packets are traced for".to_owned());
+    }
+    Ok(())
+}
+
+/// The section of named choices; [`None`] where there are none.
+pub(crate) fn designs(scene: &Scene) -> Option<DesignsRecord> {
+    let record = |design: &Design| DesignRecord {
+        name: design.name.clone(),
+        choices: design.choices.iter().map(|&(material, variant)| [material, variant]).collect(),
+    };
+    let designs: Vec<DesignRecord> = scene.designs.iter().map(record).collect();
+    (!designs.is_empty()).then_some(DesignsRecord { designs })
+}
+
+/// Gives `scene` the named choices of the section; the reason where it cannot have them.
+pub(crate) fn apply_designs(section: Option<DesignsRecord>, scene: &mut Scene) -> Result<(), String> {
+    for DesignRecord { name, choices } in section.into_iter().flat_map(|section| section.designs) {
+        let exists = |&[material, variant]: &[u32; 2]| {
+            scene.variants.get(material as usize).is_some_and(|of| (variant as usize) < of.len())
+        };
+        if !choices.iter().all(exists) || scene.designs.iter().any(|design| design.name == name) {
+            return Err(format!("variant \"{name}\" is there twice or has materials that do not exist"));
+        }
+        let choices = choices.into_iter().map(|[material, variant]| (material, variant)).collect();
+        scene.designs.push(Design { name, choices });
     }
     Ok(())
 }

@@ -136,6 +136,10 @@ impl<W: Write + Seek> MapWriter<W> {
             let bytes = codec::encode(&record).map_err(MapError::Limit)?;
             sections.push(self.section(variants::SECTION, &bytes)?);
         }
+        if let Some(record) = variants::designs(&header.scene) {
+            let bytes = codec::encode(&record).map_err(MapError::Limit)?;
+            sections.push(self.section(variants::DESIGNS, &bytes)?);
+        }
         if header.scene.sound_speed_gradient != 0.0 {
             let gradient = [header.scene.sound_speed_gradient];
             sections.push(self.section(GRADIENT, bytemuck::cast_slice(&gradient))?);

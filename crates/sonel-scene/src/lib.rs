@@ -44,7 +44,7 @@ pub use polygon_mesh::PolygonMesh;
 pub use problem::{Place, Problem, SceneErrors};
 pub use propagation::{AirSide, Flight, Interface, Leg, Propagation};
 pub use scene::{
-    DEFAULT_POWER_LEVEL_DB, DEFAULT_SCATTERING, DURATION_PER_SABINE_TIME, LONGEST_DEFAULT_DURATION,
+    DEFAULT_POWER_LEVEL_DB, DEFAULT_SCATTERING, DURATION_PER_SABINE_TIME, Design, LONGEST_DEFAULT_DURATION,
     LONGEST_DURATION, Receiver, Scene, Source,
 };
 pub use value::Value;

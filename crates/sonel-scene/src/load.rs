@@ -22,12 +22,12 @@ use crate::seclusion;
 use crate::sections::points::{Placed, read_receivers, read_sources};
 use crate::sections::regions::Interface;
 use crate::sections::walls::{self, Walls, is_side};
-use crate::sections::{air, materials, regions};
+use crate::sections::{air, designs, materials, regions};
 use crate::value::{Entries, Kind, Value, to_toml};
 use crate::{LONGEST_DEFAULT_DURATION, LONGEST_DURATION, Problem, Receiver, Scene, SceneErrors, Source};
 
 /// Keys of the document itself.
-const KEYS: [&str; 15] = [
+const KEYS: [&str; 16] = [
     "name",
     "mesh",
     "mesh_unit",
@@ -40,6 +40,7 @@ const KEYS: [&str; 15] = [
     "air",
     "material_files",
     "materials",
+    designs::SECTION,
     "regions",
     "sources",
     "receivers",
@@ -338,7 +339,8 @@ fn compile(
     let air = air::read(document, report);
     let material_sources = library::read_material_sources(document, open_mesh, report);
     let materials = materials::read(document, &bands, &material_sources, report);
-    let variants = materials::read_variants(document, &materials, &bands, &material_sources, report);
+    let mut variants = materials::read_variants(document, &materials, &bands, &material_sources, report);
+    let designs = designs::read(document, &materials, &mut variants, &bands, &material_sources, report);
     let interfaces = regions::read_interfaces(document, report);
     let regions = regions::read(document, &air, &bands, report);
     let up = walls::read_up(document, report);
@@ -373,6 +375,7 @@ fn compile(
         has_default_duration: document.get("duration_s").is_none(),
         materials,
         variants,
+        designs,
         mesh,
         sources: sources.into_iter().map(|Placed { point, .. }| point).collect(),
         receivers: receivers.into_iter().map(|Placed { point, .. }| point).collect(),

@@ -49,6 +49,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Other materials that a map shall carry besides, for each of `materials`; empty where it shall carry none.
     pub variants: Vec<Vec<Material>>,
+    /// Named choices among `variants`.
+    pub designs: Vec<Design>,
     /// Walls [m].
     #[serde(skip)]
     pub mesh: Mesh,
@@ -64,6 +66,15 @@ pub struct Scene {
     pub digest: [u8; 32],
     /// BLAKE3 digest of the mesh file's bytes; of nothing for a shoebox; zero for a scene made in code.
     pub mesh_digest: [u8; 32],
+}
+
+/// A named choice of materials, which are those of the scene where it states none.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Design {
+    /// Name, unique among the designs.
+    pub name: String,
+    /// Pairs of a material and one of its variants, indices of [`Scene::variants`].
+    pub choices: Vec<(u32, u32)>,
 }
 
 /// A point source.
@@ -144,6 +155,7 @@ impl Scene {
             has_default_duration: false,
             materials,
             variants: Vec::new(),
+            designs: Vec::new(),
             mesh,
             sources: Vec::new(),
             receivers: Vec::new(),
@@ -152,6 +164,18 @@ impl Scene {
             digest: [0; 32],
             mesh_digest: [0; 32],
         }
+    }
+
+    /// Materials of the design that is called `name`; none where there is no such design.
+    #[must_use]
+    pub fn design(&self, name: &str) -> Option<Vec<Material>> {
+        let design = self.designs.iter().find(|design| design.name == name)?;
+        let mut materials = self.materials.clone();
+        for &(material, variant) in &design.choices {
+            let chosen = self.variants.get(material as usize).and_then(|of| of.get(variant as usize));
+            materials[material as usize] = chosen?.clone();
+        }
+        Some(materials)
     }
 
     /// Wavelength at the centre of every band [m].

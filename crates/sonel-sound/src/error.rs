@@ -130,4 +130,12 @@ pub enum SoundError {
     /// Silence.
     #[error("the recording is silent: nothing arrives at either ear")]
     Silent,
+    /// Nothing to read a decay from.
+    #[error(
+        "the recording lasts {seconds:.3} s from its onset on; an impulse response takes at least 0.12 s"
+    )]
+    Short {
+        /// From the onset [s].
+        seconds: f64,
+    },
 }

@@ -4,7 +4,7 @@
 //! first 80 ms, late what follows, counted from the first sample at either ear within 20 dB of the largest one.
 //!
 //! The response is cut into its windows before it is filtered, so that no filter carries energy over a border. IACC depends on the squared gain
-//! of the filter alone: that of a Butterworth band pass of the third order, 1/(1 + (√2 (f/f_m − f_m/f))⁶), −3 dB at the borders of the octave.
+//! of the filter alone: that of [`octave_filter`](mod@crate::octave_filter).
 //!
 //! References: [ISO3382-1] annex B (docs/references.md).
 
@@ -14,6 +14,7 @@ use std::sync::Arc;
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
+use crate::octave_filter::{SILENCE, squared_gain};
 use crate::{Recording, SoundError};
 
 /// Octaves, nominal centres [Hz].
@@ -26,8 +27,6 @@ const LONGEST_DELAY: f64 = 1e-3;
 const EARLY: f64 = 0.080;
 /// Amplitude of the onset over the largest one: −20 dB.
 const ONSET: f64 = 0.1;
-/// Silence behind the response in which the filters ring [s].
-const SILENCE: f64 = 0.5;
 /// What rounding leaves of a window's energy in a band without any.
 const ROUNDING: f64 = 1e-12;
 
@@ -165,8 +164,7 @@ impl Transform {
     }
 
     fn squared_gain(&self, index: usize, octave: f64) -> f64 {
-        let ratio = index as f64 * self.rate / self.length as f64 / octave;
-        if ratio <= 0.0 { 0.0 } else { 1.0 / (1.0 + libm::pow(2.0_f64.sqrt() * (ratio - 1.0 / ratio), 6.0)) }
+        squared_gain(index as f64 * self.rate / self.length as f64, octave)
     }
 }
 

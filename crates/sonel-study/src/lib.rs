@@ -12,6 +12,7 @@
 //! - [`pipeline`]: a scene traced, rendered and read in one go, with what each phase costs;
 //! - [`until`]: runs that stop when their targets are met.
 
+pub mod criteria;
 pub mod effects;
 pub mod evaluation_receivers;
 pub mod forecast;

@@ -109,7 +109,7 @@ fn slowest(scene: &Scene) -> Scene {
             }
         }
     }
-    Scene { materials, variants: Vec::new(), ..scene.clone() }
+    Scene { materials, variants: Vec::new(), designs: Vec::new(), ..scene.clone() }
 }
 
 /// Gives `scene`, whose file states no duration, the length that its room needs, also with variants of its materials; says so in a

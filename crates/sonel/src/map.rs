@@ -139,6 +139,9 @@ mod tests {
             let prepared = map.prepare(&[], &options, &Silent).expect("a valid map");
             assert!(prepared.shares_walls(&before));
         }
+        let unknown = RenderOptions { variant: Some("felt".to_owned()), ..RenderOptions::default() };
+        let error = map.prepare(&[], &unknown, &Silent).err().expect("no such variant").to_string();
+        assert!(error.contains("no variant \"felt\""), "{error}");
         // What lets sound through is a partition: the walls are others.
         let set = vec![Change::of("materials.walls.transmission", 0.1.into()).expect("a change")];
         let options = RenderOptions { set, rays: Some(64), ..RenderOptions::default() };

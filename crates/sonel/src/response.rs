@@ -1,13 +1,15 @@
 //! Responses: echograms and what is read from them.
 
+use std::io::{Read, Seek};
 use std::path::Path;
 
 use glam::DVec3;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
-use sonel_echogram::Response as Echograms;
+use sonel_echogram::{Response as Echograms, SourceChange};
+use sonel_sound::{Recording, measured};
 
-use crate::Result;
 use crate::error::At;
+use crate::{Error, Result};
 
 /// Echograms of S sources at R receivers in B bands and T time bins: fluence per unit of emitted energy [1/m²].
 #[derive(Debug)]
@@ -32,13 +34,21 @@ impl Response {
         Self { echograms, surroundings }
     }
 
-    /// Reads a response of `sonel-render` or [`Self::save`].
+    /// Reads a response of `sonel-render` or [`Self::save`], or a measured impulse response (WAV) as one.
     ///
     /// # Errors
     /// When the file cannot be read, is no response, or is damaged.
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         let label = path.as_ref().display().to_string();
-        let file = crate::file::open(path.as_ref()).at(|| format!("cannot read the response {label}"))?;
+        let mut file = crate::file::open(path.as_ref()).at(|| format!("cannot read the response {label}"))?;
+        let mut begin = [0; 4];
+        let is_sound = file.read(&mut begin).is_ok_and(|count| count == begin.len() && begin == *b"RIFF");
+        file.rewind().at(|| label.clone())?;
+        if is_sound {
+            let name = path.as_ref().file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            let recording = Recording::read(std::io::BufReader::new(file)).at(|| label.clone())?;
+            return Ok(Self::of_file(measured::response(&recording, &name).at(|| label)?));
+        }
         let echograms = Echograms::read(std::io::BufReader::new(file)).at(|| label)?;
         Ok(Self::of_file(echograms))
     }
@@ -72,6 +82,27 @@ impl Response {
     #[must_use]
     pub fn echograms(&self) -> &Echograms {
         &self.echograms
+    }
+
+    /// The arrays, without the room.
+    #[must_use]
+    pub fn into_echograms(self) -> Echograms {
+        self.echograms
+    }
+
+    /// All sources as one, with a gain and a delay each: loudspeakers of a system. Energies are added; lateral energies are left out.
+    ///
+    /// # Errors
+    /// When there is not one change per source.
+    pub fn together(&self, changes: &[SourceChange]) -> Result<Self> {
+        let sources = self.echograms.sources();
+        if changes.len() != sources || sources == 0 {
+            return Err(Error::refused(format!(
+                "{} changes of sources; the response has {sources}: give one for each",
+                changes.len()
+            )));
+        }
+        Ok(Self::of(self.echograms.together(changes), self.surroundings))
     }
 
     /// The room.

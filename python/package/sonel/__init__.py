@@ -465,6 +465,7 @@ class Map:
         receivers: _Points | None = None,
         *,
         set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+        variant: str | None = None,
         materials: _Path | None = None,
         grid: str | Sequence[ArrayLike] | None = None,
         bin: float | None = None,  # noqa: A002 - the name of the option
@@ -492,6 +493,7 @@ class Map:
             "aim": [1, 0, 0]}}, aim required unless omni; without any, those of the scene.
         set: other coefficients on the same map: {"materials.walls.absorption": 0.4}, one number or one per band; also
             scattering, diffuse, transmission, sound_reduction_db, and "sources.NAME.directivity".
+        variant: a variant of the scene file, [variants.NAME]; its materials replace those of the scene before `materials` and `set`.
         materials: Change materials: a TOML file of [materials.NAME] as in a scene file, applied before `set`; others
             stay.
         grid: Grid of receivers: each axis lo:hi:n or one number [m]. Points on surfaces, in solids or outside the room
@@ -520,6 +522,7 @@ class Map:
         """
         keywords = {
             "set": set,
+            "variant": variant,
             "materials": None if materials is None else os.fspath(materials),
             "grid": grid if grid is None or isinstance(grid, str) else _grid(grid),
             "bin": bin,

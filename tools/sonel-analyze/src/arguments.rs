@@ -6,11 +6,13 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use sonel_console::choices::{estimator, mode};
 use sonel_console::count::parse_count;
+use sonel_console::heard::HeardArguments;
 use sonel_console::parse_threads;
 use sonel_console::receiver::parse_receiver;
 use sonel_map::Mode;
 use sonel_renderer::{Estimator, ReceiverPoint};
 use sonel_study::effects::EffectSpec;
+use sonel_view::HeadArguments;
 
 mod coefficients;
 mod plot;
@@ -18,7 +20,7 @@ mod speech;
 
 pub use coefficients::{Change, FitArguments, OptimiseArguments, To};
 pub use plot::{Drawn, Plot, What};
-pub use speech::{OpenPlan, TalkArguments};
+pub use speech::OpenPlan;
 
 /// Inspects maps and responses, reads room-acoustic parameters.
 #[derive(Debug, Clone, Parser)]
@@ -82,6 +84,8 @@ pub enum Command {
 #[command(after_help = "Example:
   sonel-analyze report hall.npz hall.sonelmap -o hall.html
   sonel-analyze report before.npz after.npz before.sonelmap -o renovation.html
+  sonel-analyze report class.npz class-tiles.npz class.sonelmap -o class.html \\
+    --project 'School, room 12' --date 2026-11-27 --target din18041-a3
 
 The file needs no network. With the map it also shows room, effects and energy ledger.")]
 pub struct Report {
@@ -91,6 +95,12 @@ pub struct Report {
     /// Page to write; an existing one is replaced when the new one is complete.
     #[arg(short, long, value_name = "REPORT.html")]
     pub output: PathBuf,
+    /// Speech, noise, and sources as one system.
+    #[command(flatten)]
+    pub heard: HeardArguments,
+    /// What stands above the page, and targets.
+    #[command(flatten)]
+    pub head: HeadArguments,
 }
 
 /// `listen`.
@@ -420,15 +430,15 @@ pub struct Verify {
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:\n  sonel-analyze parameters room.npz --format csv > room.csv")]
 pub struct Parameters {
-    /// A response written by sonel-render.
-    #[arg(value_name = "RESPONSE.npz")]
+    /// A response written by sonel-render, or a measured impulse response.
+    #[arg(value_name = "RESPONSE.npz|IMPULSE.wav")]
     pub response: PathBuf,
     /// Output format: table, csv or json.
     #[arg(long, value_enum, default_value_t = Format::Table)]
     pub format: Format,
-    /// Speech and background noise.
+    /// Speech, noise, and sources as one system.
     #[command(flatten)]
-    pub talk: TalkArguments,
+    pub heard: HeardArguments,
 }
 
 /// `--format`.

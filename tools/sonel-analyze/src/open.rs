@@ -7,7 +7,7 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use sonel_analysis::survey::{Survey, survey};
 use sonel_console::artifact::{self, Artifact as Kind};
-use sonel_console::input;
+use sonel_console::{input, spelled};
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{Mode, SonelMap};
@@ -64,7 +64,7 @@ pub fn response(path: &Path) -> anyhow::Result<Response> {
     if kind(path)? == Kind::Map {
         bail!("{} is a sonel map: make a response from it with sonel-render", path.display());
     }
-    Response::read(BufReader::new(file(path)?)).with_context(|| path.display().to_string())
+    Ok(sonel::Response::open(path).map_err(spelled)?.into_echograms())
 }
 
 /// The map in `path`, its paths checked and walked.

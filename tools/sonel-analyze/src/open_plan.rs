@@ -1,15 +1,19 @@
 //! `sonel-analyze open-plan`: parameters of ISO 3382-3 along a line of receivers.
 
 use std::io::Write;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use comfy_table::{CellAlignment, Table, presets};
 use serde_json::{Value, json};
 use sonel_analysis::ParameterValue;
+use sonel_analysis::comparison::difference;
 use sonel_analysis::modulation::Talk;
 use sonel_analysis::open_plan::{Line, SPEECH_POWER_LEVEL_DB, line};
 use sonel_analysis::report;
 use sonel_console::Outcome;
+use sonel_console::output::{Kind, Output, has_ending};
+use sonel_drawing::plot::{self, Axis, Mark, Panel, PlotError, Point, Series, Sheet};
 use sonel_echogram::Response;
 
 use crate::arguments::OpenPlan;
@@ -18,41 +22,191 @@ use crate::open;
 /// Places that the standard asks for.
 const WANTED: usize = 4;
 
-/// Reads the parameters of a line of receivers.
+/// Reads the parameters of a line of receivers of every response.
 ///
 /// # Errors
-/// When the response is unusable or lacks a source or receiver that is named, or `out` cannot be written.
+/// When a response is unusable or lacks a source or receiver that is named, or an output cannot be written.
 pub fn run(arguments: &OpenPlan, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let response = open::response(&arguments.response)?;
-    let find = |what: &str, names: &[String], wanted: &String| {
-        names
-            .iter()
-            .position(|name| name == wanted)
-            .with_context(|| format!("the response has no {what} \"{wanted}\"; it has {}", names.join(", ")))
-    };
-    let source = match &arguments.source {
-        Some(name) => find("source", &response.source_names, name)?,
-        None => 0,
-    };
-    let named: Vec<usize> = arguments
-        .receivers
-        .iter()
-        .map(|name| find("receiver", &response.receiver_names, name))
-        .collect::<anyhow::Result<_>>()?;
-    let receivers = if named.is_empty() { (0..response.receivers()).collect() } else { named };
-    check_twice(&receivers, &response)?;
-    let power_level_db = Some(arguments.speech.unwrap_or(SPEECH_POWER_LEVEL_DB));
-    let found =
-        line(&response, source, &receivers, &Talk { power_level_db, noise_level_db: arguments.noise });
-    if found.places.len() < WANTED {
-        writeln!(log, "warning: {} workstations; ISO 3382-3 requires at least {WANTED}", found.places.len())?;
+    let target =
+        arguments.output.as_deref().map(|output| target(output, &arguments.responses)).transpose()?;
+    let mut offices: Vec<Office> = Vec::new();
+    for path in &arguments.responses {
+        let mut office = Office::read(path, arguments, log)?;
+        if offices.iter().any(|other| other.name == office.name) {
+            office.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        }
+        offices.push(office);
     }
+    let losses: Vec<Losses> = offices[1..].iter().map(|office| Losses::of(&offices[0], office)).collect();
     if arguments.json {
-        writeln!(out, "{:#}", object(&found, &response.source_names[source]))?;
+        let mut all: Vec<Value> = offices.iter().map(Office::object).collect();
+        match &all[..] {
+            [_] => writeln!(out, "{:#}", all.remove(0))?,
+            _ => {
+                let losses: Vec<Value> = losses.iter().map(Losses::object).collect();
+                writeln!(out, "{:#}", json!({ "responses": all, "insertion_losses": losses }))?;
+            }
+        }
     } else {
-        write!(out, "{}", table(&found, &response.source_names[source]))?;
+        for office in &offices {
+            if offices.len() > 1 {
+                writeln!(out, "{}", office.name)?;
+            }
+            writeln!(out, "{}", table(&office.line, &office.source))?;
+        }
+        for loss in &losses {
+            writeln!(out, "{}", loss.table())?;
+        }
+    }
+    if let Some((target, draw)) = target {
+        let sheet = Sheet::new("", vec![vec![levels(&offices), indices(&offices)]]);
+        target.write(|out| draw(&sheet, out))?;
     }
     Ok(Outcome::Done)
+}
+
+type Draw = fn(&Sheet, &mut dyn Write) -> Result<(), PlotError>;
+
+fn target(output: &Path, inputs: &[PathBuf]) -> anyhow::Result<(Output, Draw)> {
+    let (kind, draw): (Kind, Draw) = match () {
+        () if has_ending(output, "svg") => (Kind::DRAWING, plot::svg),
+        () if has_ending(output, "png") => (Kind::DRAWN_PICTURE, plot::png),
+        () => bail!("{} ends neither in .svg nor in .png: plots are drawn as SVG or PNG", output.display()),
+    };
+    Ok((Output::create(output, kind, inputs)?, draw))
+}
+
+/// A response and its line.
+struct Office {
+    name: String,
+    source: String,
+    line: Line,
+}
+
+impl Office {
+    fn read(path: &Path, arguments: &OpenPlan, log: &mut dyn Write) -> anyhow::Result<Self> {
+        let response = open::response(path)?;
+        let find = |what: &str, names: &[String], wanted: &String| {
+            names.iter().position(|name| name == wanted).with_context(|| {
+                format!("{} has no {what} \"{wanted}\"; it has {}", path.display(), names.join(", "))
+            })
+        };
+        let source = match &arguments.source {
+            Some(name) => find("source", &response.source_names, name)?,
+            None => 0,
+        };
+        let named: Vec<usize> = arguments
+            .receivers
+            .iter()
+            .map(|name| find("receiver", &response.receiver_names, name))
+            .collect::<anyhow::Result<_>>()?;
+        let receivers = if named.is_empty() { (0..response.receivers()).collect() } else { named };
+        check_twice(&receivers, &response)?;
+        let power_level_db = Some(arguments.speech.unwrap_or(SPEECH_POWER_LEVEL_DB));
+        let talk = Talk { power_level_db, noise_level_db: arguments.noise };
+        let line = line(&response, source, &receivers, &talk);
+        if line.places.len() < WANTED {
+            writeln!(
+                log,
+                "warning: {} workstations; ISO 3382-3 requires at least {WANTED}",
+                line.places.len()
+            )?;
+        }
+        let metadata = &response.metadata;
+        let name = metadata["variant"].as_str().or_else(|| metadata["scene"].as_str());
+        let stem = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Self {
+            name: name.map_or_else(stem, str::to_owned),
+            source: response.source_names[source].clone(),
+            line,
+        })
+    }
+
+    fn object(&self) -> Value {
+        let mut object = object(&self.line, &self.source);
+        object["name"] = json!(self.name);
+        object
+    }
+}
+
+/// A-weighted insertion losses [dB] of one office re another, at workstations of both.
+struct Losses {
+    title: String,
+    places: Vec<(String, f64, ParameterValue)>,
+}
+
+impl Losses {
+    fn of(before: &Office, after: &Office) -> Self {
+        let places = after.line.places.iter().filter_map(|place| {
+            let other = before.line.places.iter().find(|other| other.name == place.name)?;
+            let loss = difference(&place.speech_level_db, &other.speech_level_db);
+            Some((place.name.clone(), place.distance, loss))
+        });
+        Self { title: format!("{} re {}", after.name, before.name), places: places.collect() }
+    }
+
+    fn object(&self) -> Value {
+        let place = |(name, distance, loss): &(String, f64, ParameterValue)| json!({ "receiver": name, "distance_m": distance, "insertion_loss_db": report::estimate(loss) });
+        json!({ "name": self.title, "places": self.places.iter().map(place).collect::<Vec<_>>() })
+    }
+
+    fn table(&self) -> String {
+        let mut reasons = Vec::new();
+        let mut rows = Table::new();
+        rows.load_preset(presets::NOTHING);
+        rows.set_header(["receiver", "r [m]", "A-weighted insertion loss [dB]"]);
+        for (name, distance, loss) in &self.places {
+            rows.add_row([name.clone(), format!("{distance:.2}"), cell(loss, 1, &mut reasons)]);
+        }
+        for column in rows.column_iter_mut().skip(1) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+        let lines: String = rows.lines().map(|line| format!("{}\n", line.trim_end())).collect();
+        format!("{}\n{lines}{}", self.title, reasons.join("\n"))
+    }
+}
+
+/// Levels over the logarithm of the distance, each with its regression.
+fn levels(offices: &[Office]) -> Panel {
+    let mut series = Vec::new();
+    for office in offices {
+        let places = office.line.places.iter();
+        let points = places.map(|place| point(place.distance, &place.speech_level_db)).collect();
+        series.push(Series::new(&office.name, Mark::Points, points));
+        if let (Ok(rate), Ok(at_4_m)) = (&office.line.decay_rate_db, &office.line.level_at_4_m_db) {
+            let of = |r: f64| Point::new(r, at_4_m.value - rate.value * (r / 4.0).log2());
+            series.push(Series::new(&office.name, Mark::Line, vec![of(2.0), of(16.0)]));
+        }
+    }
+    let ticks = vec![1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
+    Panel {
+        title: "A-weighted level of speech".to_owned(),
+        x: Axis::logarithmic("distance r [m]").with_ticks(ticks),
+        y: Axis::linear("Lp,A,S [dB]"),
+        series,
+    }
+}
+
+/// Speech transmission index over the distance.
+fn indices(offices: &[Office]) -> Panel {
+    let one = |office: &Office| {
+        let places = office.line.places.iter();
+        let points = places.map(|place| point(place.distance, &place.speech_transmission_index)).collect();
+        Series::new(&office.name, Mark::PointsAndLine, points)
+    };
+    Panel {
+        title: "Speech transmission index with noise".to_owned(),
+        x: Axis::linear("distance r [m]"),
+        y: Axis::linear("STI").from_to(0.0, 1.0),
+        series: offices.iter().map(one).collect(),
+    }
+}
+
+fn point(x: f64, value: &ParameterValue) -> Point {
+    match value {
+        Ok(estimate) => Point { x, y: estimate.value, interval: estimate.interval.as_ref().ok().copied() },
+        Err(_) => Point::new(x, f64::NAN),
+    }
 }
 
 fn check_twice(receivers: &[usize], response: &Response) -> anyhow::Result<()> {

@@ -16,11 +16,15 @@ use crate::open;
 /// # Errors
 /// When the response is unusable or `out` cannot be written.
 pub fn run(arguments: &Parameters, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let response = open::response(&arguments.response)?;
-    let parameters = parameters_of(&response, arguments.talk.talk().as_ref());
+    let response = arguments.heard.heard(open::response(&arguments.response)?)?;
+    let parameters = parameters_of(&response, arguments.heard.talk().as_ref());
     match arguments.format {
         Format::Table => {
-            write!(out, "{}", report::table(&parameters, &title(&response), arguments.talk.noise.is_some()))?;
+            write!(
+                out,
+                "{}",
+                report::table(&parameters, &title(&response), arguments.heard.noise.is_some())
+            )?;
         }
         Format::Csv => report::csv(&parameters, &mut *out)?,
         Format::Json => writeln!(out, "{:#}", report::json(&parameters))?,
@@ -48,7 +52,9 @@ pub fn run(arguments: &Parameters, out: &mut dyn Write, log: &mut dyn Write) -> 
 
 /// The beginning of the line above every block: the scene, where the response names one.
 fn title(response: &Response) -> String {
-    response.metadata["scene"].as_str().map(|scene| format!("{scene}: ")).unwrap_or_default()
+    let variant = response.metadata["variant"].as_str().map(|variant| format!(", {variant}"));
+    let variant = variant.unwrap_or_default();
+    response.metadata["scene"].as_str().map(|scene| format!("{scene}{variant}: ")).unwrap_or_default()
 }
 
 /// Bands of a response whose room states its volume that lie below the Schroeder frequency.

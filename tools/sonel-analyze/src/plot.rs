@@ -6,7 +6,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use sonel_analysis::{ReceiverParameters, parameters};
+use sonel_analysis::ReceiverParameters;
+use sonel_analysis::modulation::Talk;
+use sonel_analysis::receiver::parameters_of;
 use sonel_console::Outcome;
 use sonel_console::artifact::Artifact;
 use sonel_console::output::{Kind, Output, has_ending};
@@ -104,13 +106,15 @@ struct Subject {
     path: PathBuf,
     name: String,
     response: Response,
+    talk: Option<Talk>,
     source: usize,
     receiver: usize,
 }
 
 impl Subject {
     fn open(path: &Path, arguments: &Plot) -> anyhow::Result<Self> {
-        let response = open::response(path)?;
+        let response = arguments.heard.heard(open::response(path)?)?;
+        let talk = arguments.heard.talk();
         let find = |what: &str, names: &[String], wanted: Option<&String>| match wanted {
             None if names.is_empty() => bail!("{} holds no {what}", path.display()),
             None => Ok(0),
@@ -118,10 +122,13 @@ impl Subject {
                 format!("{} has no {what} \"{wanted}\"; it has {}", path.display(), names.join(", "))
             }),
         };
-        let source = find("source", &response.source_names, arguments.source.as_ref())?;
-        let receiver = find("receiver", &response.receiver_names, arguments.receiver.as_ref())?;
+        // A measurement is of one source at one receiver, whatever they are called.
+        let is_measured = response.metadata["measured"].is_object();
+        let named = |name: &'_ Option<String>| name.clone().filter(|_| !is_measured);
+        let source = find("source", &response.source_names, named(&arguments.source).as_ref())?;
+        let receiver = find("receiver", &response.receiver_names, named(&arguments.receiver).as_ref())?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { path: path.to_owned(), name, response, source, receiver })
+        Ok(Self { path: path.to_owned(), name, response, talk, source, receiver })
     }
 
     fn panel(&self, of: impl Fn(&Response, usize, usize) -> Panel) -> Panel {
@@ -157,7 +164,7 @@ impl Subject {
 
     fn parameters(&self) -> (String, ReceiverParameters) {
         let at = self.source * self.response.receivers() + self.receiver;
-        (self.name.clone(), parameters(&self.response).swap_remove(at))
+        (self.name.clone(), parameters_of(&self.response, self.talk.as_ref()).swap_remove(at))
     }
 
     fn log_what_is_left_out(&self, arguments: &Plot, log: &mut dyn Write) -> std::io::Result<()> {

@@ -14,13 +14,15 @@ use crate::input;
 const MAP_MAGIC: &[u8] = b"SONELMAP";
 /// How a numpy archive begins.
 const ARCHIVE_MAGIC: &[u8] = b"PK";
+/// How a WAV file begins.
+const SOUND_MAGIC: &[u8] = b"RIFF";
 
 /// A kind of file that programs pass on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Artifact {
     /// Map of sonel-trace.
     Map,
-    /// Response of sonel-render.
+    /// Response of sonel-render, or a measured impulse response.
     Response,
 }
 
@@ -34,7 +36,10 @@ pub fn kind(path: &Path) -> anyhow::Result<Option<Artifact>> {
     file.take(8).read_to_end(&mut start).with_context(|| format!("cannot read {}", path.display()))?;
     Ok(match &start[..] {
         MAP_MAGIC => Some(Artifact::Map),
-        start if start.starts_with(ARCHIVE_MAGIC) => Some(Artifact::Response),
+        // A measured impulse response is read as a response.
+        start if start.starts_with(ARCHIVE_MAGIC) || start.starts_with(SOUND_MAGIC) => {
+            Some(Artifact::Response)
+        }
         _ => None,
     })
 }

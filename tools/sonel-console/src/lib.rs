@@ -7,6 +7,7 @@ pub mod closed;
 pub mod count;
 mod defect;
 pub mod follower;
+pub mod heard;
 pub mod inputs;
 pub mod interrupt;
 pub mod maps;

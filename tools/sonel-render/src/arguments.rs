@@ -118,10 +118,14 @@ pub struct Arguments {
     #[arg(long, conflicts_with_all = ["temperature", "humidity"])]
     pub no_air: bool,
     /// Change a coefficient or directivity: materials.NAME.absorption=0.4 (also scattering, diffuse, transmission,
-    /// sound_reduction_db; one number, or one per band with commas between), sources.NAME.directivity=WORD or a CSV file;
+    /// sound_reduction_db; one number, or one per band with commas between), materials.NAME.library=ENTRY, sources.NAME.directivity=WORD or a CSV file;
     /// repeatable. What the stored paths do not support is refused, with the sonel-trace command that makes it possible.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = parse_change)]
     pub set: Vec<Change>,
+    /// Also render this variant of the scene file ([variants.NAME]), to RESPONSE-NAME.npz beside the response with the materials of the
+    /// scene; repeatable. all: every variant. --materials and --set apply to each.
+    #[arg(long = "variant", value_name = "NAME", requires = "output", conflicts_with_all = ["plan", "until", "wav", "json"])]
+    pub variants: Vec<String>,
     /// Change materials: a TOML file of [materials.NAME] as in a scene file, applied before --set; others stay.
     #[arg(long, value_name = "FILE.toml")]
     pub materials: Option<PathBuf>,
@@ -180,6 +184,7 @@ impl Arguments {
                 || self.ambix.is_some()
                 || self.hrtf.is_some()
                 || self.array.is_some(),
+            variant: None,
             materials: self.materials.clone(),
             set: self.set.clone(),
             grid: self.grid.clone(),

@@ -8,9 +8,10 @@ mod walk;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use anyhow::bail;
 use serde_json::{Value, json};
 use sonel::plan as tables;
-use sonel::{Change, ClassShare, Map, Rendered};
+use sonel::{Change, ClassShare, Map, RenderOptions, Rendered};
 use sonel_console::follower::Follower;
 use sonel_console::output::{self, Kind, Output};
 use sonel_console::progress::ProgressSink;
@@ -45,6 +46,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     let inputs = inputs(arguments);
     let create = |target: &Path| Output::create(target, Kind::RESPONSE, &inputs);
     let output = arguments.output.as_deref().map(create).transpose()?;
+    let variants = variants(arguments, scene)?;
+    let further = variants.iter().map(|(_, path)| create(path)).collect::<anyhow::Result<Vec<_>>>()?;
     let sounds = SoundFiles::of(arguments, scene, prepared.receivers(), &inputs)?;
     walk.as_ref().map(|walk| walk.check(&inputs)).transpose()?;
     let plan = arguments.plan.then(|| follower.result(prepared.plan(&follower))).transpose()?;
@@ -62,6 +65,15 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     let rendered = follower.result(prepared.render(plan.as_ref(), &follower))?;
     let target = output.target().display().to_string();
     let mut complete = vec![output.complete(|out| rendered.response.echograms().write(out).map(drop))?];
+    for ((name, path), output) in variants.iter().zip(further) {
+        let options = RenderOptions { variant: Some(name.clone()), ..arguments.options() };
+        let rendered = follower.result(map.render(&given, &options, &follower))?;
+        complete.push(output.complete(|out| rendered.response.echograms().write(out).map(drop))?);
+        follower.line(&format!("variant \"{name}\": written to {}", path.display()))?;
+        for sentence in &rendered.warnings {
+            follower.line(&format!("warning: variant \"{name}\": {sentence}"))?;
+        }
+    }
     if let Some(sounds) = &sounds {
         let room = rendered.response.surroundings();
         let settings = SoundSettings {
@@ -100,6 +112,40 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         writeln!(out, "{report}")?;
     }
     Ok(if rendered.is_reached == Some(false) { Outcome::Missed } else { Outcome::Done })
+}
+
+/// Names of the variants to be rendered, and their files.
+fn variants(arguments: &Arguments, scene: &sonel_scene::Scene) -> anyhow::Result<Vec<(String, PathBuf)>> {
+    let Some(output) = &arguments.output else { return Ok(Vec::new()) };
+    let known: Vec<&String> = scene.designs.iter().map(|design| &design.name).collect();
+    let mut names: Vec<&String> = Vec::new();
+    for name in &arguments.variants {
+        match name.as_str() {
+            "all" if known.is_empty() => {
+                bail!("the map has no variants: name some in the scene file, [variants.NAME], and trace it")
+            }
+            "all" => names.extend(&known),
+            _ => names.push(name),
+        }
+    }
+    if let Some(twice) = names.iter().enumerate().find(|(at, name)| names[..*at].contains(name)) {
+        bail!("variant \"{}\" is asked for twice", twice.1);
+    }
+    if let Some(unknown) = names.iter().find(|name| !known.contains(name)) {
+        let known: Vec<String> = known.iter().map(|name| format!("\"{name}\"")).collect();
+        bail!("the map has no variant \"{unknown}\"; it has {}", known.join(", "));
+    }
+    let (stem, ending) = (output.file_stem().unwrap_or_default(), output.extension());
+    let path = |name: &String| {
+        let mut file = stem.to_owned();
+        file.push(format!("-{name}"));
+        if let Some(ending) = ending {
+            file.push(".");
+            file.push(ending);
+        }
+        (name.clone(), output.with_file_name(file))
+    };
+    Ok(names.into_iter().map(path).collect())
 }
 
 /// The files that are read.

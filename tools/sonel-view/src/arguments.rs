@@ -2,9 +2,41 @@
 
 use std::path::PathBuf;
 
-use clap::Parser;
+use clap::{Args, Parser};
 use sonel_console::count::parse_count;
+use sonel_console::heard::HeardArguments;
 use sonel_console::parse_threads;
+use sonel_study::criteria::Criterion;
+
+use crate::page::Head;
+
+/// What stands above a frozen page, and what the room shall meet.
+#[derive(Debug, Clone, Default, Args)]
+pub struct HeadArguments {
+    /// Project, the title of the page [default: name of the scene].
+    #[arg(long, value_name = "TEXT")]
+    pub project: Option<String>,
+    /// Author of the report.
+    #[arg(long, value_name = "TEXT")]
+    pub author: Option<String>,
+    /// Date of the report, as it shall be printed; no date without it.
+    #[arg(long, value_name = "TEXT")]
+    pub date: Option<String>,
+    /// Version of the report.
+    #[arg(long, value_name = "TEXT")]
+    pub revision: Option<String>,
+    /// What the mean over the receivers shall meet: t30=0.6s±20%@250-2000, c50>=2dB@500,1000, or a curve: din18041-a1 … din18041-a4, bb93-primary,
+    /// bb93-secondary, ansi-s12.60; repeatable.
+    #[arg(long = "target", value_name = "CRITERION", value_parser = Criterion::parse)]
+    pub targets: Vec<Criterion>,
+}
+
+impl HeadArguments {
+    pub(crate) fn head(&self) -> Head {
+        let Self { project, author, date, revision, targets } = self.clone();
+        Head { project, author, date, revision, targets }
+    }
+}
 
 /// Shows a room in the browser: move the listener and the sources, change materials, see and hear the result.
 ///
@@ -28,6 +60,12 @@ pub struct Arguments {
     /// sonel-trace].
     #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub packets: Option<u64>,
+    /// Speech, noise, and sources as one system, of responses and of a frozen page.
+    #[command(flatten)]
+    pub heard: HeardArguments,
+    /// What stands above the page, and targets.
+    #[command(flatten)]
+    pub head: HeadArguments,
     /// Port of the address; by default one that is free.
     #[arg(
         long,

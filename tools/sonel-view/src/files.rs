@@ -6,6 +6,7 @@ use anyhow::bail;
 use sonel::{Map, RenderOptions, Response, Scene, TraceOptions};
 use sonel_console::artifact::{self, Artifact};
 use sonel_console::follower::Follower;
+use sonel_console::heard::HeardArguments;
 use sonel_console::spelled;
 
 use crate::page::Subject;
@@ -30,8 +31,9 @@ impl Files {
         for path in files {
             match artifact::kind(path)? {
                 Some(Artifact::Response) => {
-                    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-                    opened.responses.push((name, Response::open(path).map_err(spelled)?));
+                    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                    let response = Response::open(path).map_err(spelled)?;
+                    opened.responses.push((name(&response, stem, &opened.responses), response));
                 }
                 Some(Artifact::Map) if opened.map.is_some() => {
                     bail!("{} is a second map: give the map of the first response alone", path.display())
@@ -44,7 +46,25 @@ impl Files {
         if opened.scene.is_some() && opened.map.is_some() {
             bail!("a scene and a map: give the scene, which is traced, or the map");
         }
+        opened.call_by_scene();
         Ok(opened)
+    }
+
+    /// Beside variants, the response of the scene itself is called as the scene.
+    fn call_by_scene(&mut self) {
+        let metadata =
+            |response: &Response, key: &str| response.echograms().metadata[key].as_str().map(str::to_owned);
+        if !self.responses.iter().any(|(_, response)| metadata(response, "variant").is_some()) {
+            return;
+        }
+        for at in 0..self.responses.len() {
+            let response = &self.responses[at].1;
+            let scene = metadata(response, "scene").filter(|_| metadata(response, "variant").is_none());
+            let is_free = |name: &String| self.responses.iter().all(|(other, _)| other != name);
+            if let Some(scene) = scene.filter(is_free) {
+                self.responses[at].0 = scene;
+            }
+        }
     }
 
     /// Responses and their map: what is missing is traced with `packets` and rendered at the receivers of the scene.
@@ -54,6 +74,7 @@ impl Files {
     pub fn rendered(
         self,
         packets: Option<u64>,
+        heard: &HeardArguments,
         follower: &Follower<'_>,
     ) -> anyhow::Result<(Vec<Subject>, Option<Map>)> {
         let Self { scene, map, mut responses } = self;
@@ -78,8 +99,16 @@ impl Files {
             let named = responses.iter().map(|(name, response)| (name.as_str(), response.echograms()));
             artifact::check_scene(named, &map.sonels().header().scene, &mut |text| follower.line(text))?;
         }
-        Ok((responses.into_iter().map(|(name, response)| Subject::new(name, response)).collect(), map))
+        let subject = |(name, response)| Subject::new(name, response, heard);
+        Ok((responses.into_iter().map(subject).collect::<anyhow::Result<_>>()?, map))
     }
+}
+
+/// What the page calls a response: its variant, unless another one has this name; else the name of its file.
+fn name(response: &Response, stem: String, others: &[(String, Response)]) -> String {
+    let variant = response.echograms().metadata["variant"].as_str();
+    let is_free = |name: &&str| others.iter().all(|(other, _)| other != name);
+    variant.filter(is_free).map_or(stem, str::to_owned)
 }
 
 fn checked(path: &Path) -> anyhow::Result<Map> {

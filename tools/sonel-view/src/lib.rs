@@ -10,11 +10,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use sonel_console::follower::Follower;
+use sonel_console::heard::HeardArguments;
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::progress::ProgressSink;
 use sonel_console::{Log, Outcome, use_threads};
 
-pub use arguments::Arguments;
+pub use arguments::{Arguments, HeadArguments};
 use files::Files;
 
 /// Runs the program: the address to `out`, everything else to `log`.
@@ -27,6 +28,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         return freeze(
             &arguments.files,
             output,
+            &arguments.heard,
+            &arguments.head,
             arguments.packets,
             ProgressSink::unless(arguments.quiet),
             log,
@@ -43,6 +46,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
 pub fn freeze(
     files: &[PathBuf],
     output: &Path,
+    heard: &HeardArguments,
+    head: &HeadArguments,
     packets: Option<u64>,
     progress: ProgressSink,
     log: &mut Log<'_>,
@@ -52,7 +57,7 @@ pub fn freeze(
     }
     let target = Output::create(output, Kind::PAGE, files)?;
     let follower = Follower::new(progress, log);
-    let (subjects, map) = Files::open(files)?.rendered(packets, &follower)?;
+    let (subjects, map) = Files::open(files)?.rendered(packets, heard, &follower)?;
     let pairs: usize = subjects.iter().map(page::Subject::pairs).sum();
     if pairs > page::MOST_PAIRS {
         let most = page::MOST_PAIRS;
@@ -63,7 +68,7 @@ pub fn freeze(
     let walls = map.as_ref().map(|map| follower.result(map.walls())).transpose()?;
     let traced =
         map.as_ref().zip(walls.as_deref()).map(|(map, walls)| page::Traced { map: map.sonels(), walls });
-    let text = page::of_responses(&subjects, traced, None);
+    let text = page::of_responses(&subjects, traced, &head.head(), None);
     target.write(|out| out.write_all(text.as_bytes()))?;
     follower.line(&format!("{:.1} MB; written to {}", text.len() as f64 / 1e6, output.display()))?;
     Ok(Outcome::Done)

@@ -7,6 +7,8 @@ mod figures;
 mod hall;
 mod loudspeaker;
 mod options;
+mod quads;
+mod rooms;
 mod scale;
 mod shell;
 mod validate;
@@ -41,6 +43,8 @@ enum Page {
     Loudspeaker,
     /// Write the tables of options in docs/interface.md and the keywords of Python from the command lines
     Options,
+    /// Write the meshes of scenes/classroom, scenes/office and scenes/church and the figures in their READMEs from the plans
+    Rooms,
     /// Run the jobs of workflow/ on the hall and write the table of docs/scale.md; some minutes
     Scale,
     /// Write shell completions and man pages of the programs
@@ -73,6 +77,7 @@ fn main() -> ExitCode {
         Page::Hall => hall::run(),
         Page::Loudspeaker => loudspeaker::run(),
         Page::Options => options::run(),
+        Page::Rooms => rooms::run(),
         Page::Scale => scale::run(),
         Page::Shell { output } => shell::run(&output),
         Page::Validate { folder, room } => validate::run(&folder, room.as_deref()),

@@ -59,6 +59,7 @@ const HOMES: [(&str, &[&str]); 44] = [
         &[
             "crates/sonel-scene",
             "crates/sonel-echogram",
+            "crates/sonel-sound",
             "crates/sonel-analysis",
             "crates/sonel-design",
             "crates/sonel-drawing",

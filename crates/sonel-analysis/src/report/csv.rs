@@ -40,16 +40,26 @@ pub fn csv(receivers: &[ReceiverParameters], out: impl Write) -> std::io::Result
     writer.write_record(HEADER)?;
     for receiver in receivers {
         let places = [receiver.source_position, receiver.position];
-        let places: Vec<String> = places.as_flattened().iter().map(ToString::to_string).collect();
+        let mut pairs = receiver.source_position.iter().zip(receiver.position);
+        let is_known = pairs.any(|(from, to)| from.total_cmp(&to).is_ne());
+        let place = |value: &f64| if is_known { value.to_string() } else { String::new() };
+        let places: Vec<String> = places.as_flattened().iter().map(place).collect();
+        // A measurement does not say where it was made: its source is any.
+        let source = if is_known { cell::of_name(&receiver.source) } else { Default::default() };
         let mut write =
             |frequency: &str, key: &str, estimate: &ParameterValue, just_noticeable: &dyn Fn(f64) -> f64| {
-                let names =
-                    [&cell::of_name(&receiver.source), &cell::of_name(&receiver.name), frequency, key];
+                let names = [&source, &cell::of_name(&receiver.name), frequency, key];
                 writer.write_record(row(names, estimate, just_noticeable).iter().chain(&places))
             };
         write("", "speech_transmission_index", &receiver.speech_transmission_index, &|_| {
             noticeable::SPEECH_TRANSMISSION_INDEX
         })?;
+        let level = |_| noticeable::LEVEL_DB;
+        write("", "a_weighted_level_db", &receiver.a_weighted_level_db, &level)?;
+        if let Some(speech) = &receiver.in_noise {
+            write("", "speech_level_db", &speech.level_db, &level)?;
+            write("", "signal_to_noise_db", &speech.signal_to_noise_db, &level)?;
+        }
         for band in &receiver.bands {
             let frequency = band.center_frequency_hz.to_string();
             for parameter in band.parameters() {

@@ -2,10 +2,11 @@
 
 use serde_json::{Map, Value, json};
 use sonel_acoustics::just_noticeable as noticeable;
+use sonel_acoustics::noise::{NoiseCurve, RoomCriterion};
 
 use crate::average::{average, single_number};
 use crate::estimate::ParameterValue;
-use crate::receiver::{BandParameters, ReceiverParameters};
+use crate::receiver::{BandParameters, ReceiverParameters, SpeechInNoise};
 
 /// `{"receivers": […], "means": […]}` of one response.
 #[must_use]
@@ -22,14 +23,36 @@ pub fn receivers(parameters: &[ReceiverParameters]) -> Value {
 }
 
 fn receiver(receiver: &ReceiverParameters) -> Value {
-    json!({
+    let mut fields = json!({
         "source": receiver.source,
         "name": receiver.name,
         "position_m": receiver.position,
         "speech_transmission_index": speech(&receiver.speech_transmission_index),
         "single_numbers": single_numbers(&[receiver]),
+        "a_weighted_level_db": level(&receiver.a_weighted_level_db),
         "bands": receiver.bands.iter().map(band).collect::<Vec<_>>(),
-    })
+    });
+    let levels = receiver.octave_levels_db();
+    let mut ratings = json!({});
+    for (key, curve) in [("nr", NoiseCurve::Nr), ("nc", NoiseCurve::Nc)] {
+        if let Some(rating) = curve.rating(&levels) {
+            ratings[key] = json!(rating);
+        }
+    }
+    if let Some(RoomCriterion { rating, rumbles, hisses }) = RoomCriterion::of(&levels) {
+        ratings["rc"] = json!({ "rating": rating, "rumbles": rumbles, "hisses": hisses });
+    }
+    fields["noise_ratings"] = ratings;
+    if let Some(SpeechInNoise { level_db, noise_level_db, signal_to_noise_db }) = &receiver.in_noise {
+        fields["speech_level_db"] = level(level_db);
+        fields["noise_level_db"] = json!(noise_level_db);
+        fields["signal_to_noise_db"] = level(signal_to_noise_db);
+    }
+    fields
+}
+
+fn level(of: &ParameterValue) -> Value {
+    noticed(of, |_| noticeable::LEVEL_DB)
 }
 
 /// The means of single numbers and of the speech transmission index over the receivers of every source, where there are several.

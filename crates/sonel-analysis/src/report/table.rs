@@ -2,10 +2,12 @@
 
 use comfy_table::{CellAlignment, Table, presets};
 
+use sonel_acoustics::noise::{NoiseCurve, RoomCriterion};
+
 use crate::average::single_number;
 use crate::estimate::{ParameterValue, Unsupported};
 use crate::parameter::Parameter;
-use crate::receiver::{BandParameters, ReceiverParameters};
+use crate::receiver::{BandParameters, ReceiverParameters, SpeechInNoise};
 
 /// Aligned text; `title` begins the line above every block; the speech transmission index
 /// may have noise. Remarks are printed once, below all blocks.
@@ -43,13 +45,33 @@ fn block(receiver: &ReceiverParameters, title: &str, noise: &str, notes: &mut No
     }
     let [x, y, z] = receiver.position;
     let speech = cell(&receiver.speech_transmission_index, 1.0, notes);
+    let level = cell(&receiver.a_weighted_level_db, 1.0, notes);
+    let mut levels = format!("A-weighted level [dB]: {level}{}\n", ratings(receiver));
+    if let Some(SpeechInNoise { level_db, noise_level_db, signal_to_noise_db }) = &receiver.in_noise {
+        let [speech, ratio] = [level_db, signal_to_noise_db].map(|estimate| cell(estimate, 1.0, notes));
+        levels.push_str(&format!(
+            "speech [dB(A)]: {speech}; noise [dB(A)]: {noise_level_db:.1}; signal-to-noise ratio [dB]: {ratio}\n"
+        ));
+    }
     let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     format!(
-        "{title}source \"{}\" at receiver \"{}\" ({x}, {y}, {z}) m\n{}\nspeech transmission index, {noise}: {speech}\n",
+        "{title}source \"{}\" at receiver \"{}\" ({x}, {y}, {z}) m\n{}\nspeech transmission index, {noise}: {speech}\n{levels}",
         receiver.source,
         receiver.name,
         lines.join("\n")
     )
+}
+
+/// What the octaves of the source are as a noise: NR, NC and RC.
+fn ratings(receiver: &ReceiverParameters) -> String {
+    let levels = receiver.octave_levels_db();
+    let curves = [("NR", NoiseCurve::Nr), ("NC", NoiseCurve::Nc)];
+    let curves = curves.into_iter().map(|(name, curve)| match curve.rating(&levels) {
+        Some(rating) => format!("; {name} {rating:.0}"),
+        None => format!("; {name} –"),
+    });
+    let room = RoomCriterion::of(&levels).map(|room| format!("; {room}"));
+    curves.chain(room).collect()
 }
 
 /// Blanks after numbers without a mark, so that those of a column stand below one another.

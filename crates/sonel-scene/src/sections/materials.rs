@@ -74,18 +74,34 @@ pub(crate) fn read_variants(
         }
         let tables = list.tables("{", report);
         let one = |table: &Table<'_>| {
-            table.allow_only(&VARIANT_KEYS, report);
-            let before = report.problem_count();
-            let variant = read_one(&material.name, Some(material), table, bands, material_sources, report);
-            if report.problem_count() == before {
-                check_inherited(table, &variant, bands, report);
-            }
-            variant
+            check_variant_keys(table, report);
+            read_variant(material, table, bands, material_sources, report)
         };
         tables.iter().map(one).collect()
     };
     let variants: Vec<Vec<Material>> = materials.iter().map(&mut read).collect();
     if variants.iter().all(Vec::is_empty) { Vec::new() } else { variants }
+}
+
+/// Reports keys of `table` that no variant has.
+pub(crate) fn check_variant_keys(table: &Table<'_>, report: &mut Report<'_>) {
+    table.allow_only(&VARIANT_KEYS, report);
+}
+
+/// Reads a variant of `material`; what it does not state is as in the material.
+pub(crate) fn read_variant(
+    material: &Material,
+    table: &Table<'_>,
+    bands: &BandChoice,
+    material_sources: &MaterialSources,
+    report: &mut Report<'_>,
+) -> Material {
+    let before = report.problem_count();
+    let variant = read_one(&material.name, Some(material), table, bands, material_sources, report);
+    if report.problem_count() == before {
+        check_inherited(table, &variant, bands, report);
+    }
+    variant
 }
 
 /// Reports what a variant cannot have together with what it has from its material.

@@ -66,6 +66,19 @@ fn variants_have_what_they_state_and_the_rest_of_their_material() {
 }
 
 #[test]
+fn named_variants_choose_among_the_variants_of_materials() {
+    let scene = load_shoebox(
+        "[materials.walls]\nabsorption = 0.3\nvariants = [{ absorption = 0.6 }]\n\
+         [variants.soft]\nwalls = { absorption = 0.6 }\n\
+         [variants.\"as it was\"]\nwalls = { library = \"plaster-painted\" }\n",
+    );
+    assert_eq!(scene.variants[0].len(), 2, "one that is there is not added again");
+    let [soft, old] = ["soft", "as it was"].map(|name| scene.design(name).expect("a variant"));
+    assert_near(&[soft[0].absorption[3], old[0].absorption[3]], &[0.6, 0.02]);
+    assert!(scene.design("hard").is_none());
+}
+
+#[test]
 fn material_keys() {
     let scene = load_good("every-key.toml").scene;
     let [concrete, curtain, interface] = &scene.materials[..] else { panic!("three materials") };

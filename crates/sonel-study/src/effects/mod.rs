@@ -144,7 +144,12 @@ fn in_variants(scene: &Scene) -> Vec<Scene> {
         let pick = |(own, variants): (&Material, &Vec<Material>)| {
             variants.get(number).or(variants.last()).unwrap_or(own).clone()
         };
-        Scene { materials: others.map(pick).collect(), variants: Vec::new(), ..scene.clone() }
+        Scene {
+            materials: others.map(pick).collect(),
+            variants: Vec::new(),
+            designs: Vec::new(),
+            ..scene.clone()
+        }
     };
     (0..most).map(with).collect()
 }

@@ -6,7 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use sonel_acoustics::{Directivity, Material, Pattern};
-use sonel_scene::{Scene, Source, Value, is_balloon_file, load_balloon, load_materials, read_material};
+use sonel_scene::{
+    Scene, Source, Value, is_balloon_file, load_balloon, load_materials, read_material, read_variants,
+};
 
 use crate::coefficients::{self, Coefficients, MaterialKey};
 use crate::error::At;
@@ -17,6 +19,8 @@ use crate::{Error, Result};
 pub enum Change {
     /// A coefficient of a material.
     Coefficient(String, MaterialKey, Coefficients),
+    /// Entries of the shipped library for a material; the first that has a coefficient counts.
+    Library(String, Vec<String>),
     /// Directivity of a source: the name of a pattern such as `cardioid`, or a CSV file.
     Directivity(String, String),
 }
@@ -30,10 +34,16 @@ impl fmt::Display for Change {
                 let values = values.trim_start_matches('[').trim_end_matches(']');
                 write!(f, "materials.{material}.{}={values}", key.name())
             }
+            Self::Library(material, entries) => {
+                write!(f, "materials.{material}.{LIBRARY}={}", entries.join(","))
+            }
             Self::Directivity(source, value) => write!(f, "sources.{source}.directivity={value}"),
         }
     }
 }
+
+/// The key that takes entries of the library.
+const LIBRARY: &str = "library";
 
 /// Coefficients that a key of a material replaces.
 fn replaced(key: MaterialKey) -> &'static str {
@@ -51,6 +61,10 @@ impl Change {
     /// A sentence that says what is right.
     pub fn parse(name: &str, value: &str) -> Result<Self, String> {
         let value = value.trim();
+        if let Some(material) = borrower(name) {
+            let entries = value.split(',').map(|entry| entry.trim().trim_matches('"').to_owned());
+            return Ok(Self::Library(material.to_owned(), entries.collect()));
+        }
         match path(name)? {
             (material, Some(key)) => {
                 let values = coefficients::parse(value);
@@ -88,6 +102,11 @@ fn wrong(text: &str) -> String {
     )
 }
 
+/// The material of `materials.NAME.library`.
+fn borrower(name: &str) -> Option<&str> {
+    name.trim().strip_prefix("materials.")?.strip_suffix(LIBRARY)?.strip_suffix('.')
+}
+
 /// The name of a material with a key, or that of a source.
 fn path(text: &str) -> Result<(String, Option<MaterialKey>), String> {
     let parts =
@@ -96,7 +115,7 @@ fn path(text: &str) -> Result<(String, Option<MaterialKey>), String> {
     let (key, known) = match parts {
         Some(("materials", (name, key))) => match MaterialKey::named(key) {
             Some(key) => return Ok((name.to_owned(), Some(key))),
-            None => (key, known.join(", ")),
+            None => (key, format!("{}, {LIBRARY}", known.join(", "))),
         },
         Some(("sources", (name, "directivity"))) => return Ok((name.to_owned(), None)),
         Some(("sources", (_, key))) => (key, "directivity".to_owned()),
@@ -105,19 +124,33 @@ fn path(text: &str) -> Result<(String, Option<MaterialKey>), String> {
     Err(format!("`{key}` cannot be changed on a map; can be: {known}"))
 }
 
-/// Materials and sources of `scene` after `file` and then `changes`.
+/// Materials and sources of `scene` after the variant, the file of materials and then `changes`.
 pub(super) fn changed(
     scene: &Scene,
+    variant: Option<&str>,
     file: Option<&Path>,
     changes: &[Change],
 ) -> Result<(Vec<Material>, Vec<Source>)> {
-    let mut materials = scene.materials.clone();
+    let mut materials = match variant {
+        Some(name) => scene.design(name).ok_or_else(|| no_variant(name, scene))?,
+        None => scene.materials.clone(),
+    };
     if let Some(file) = file {
         let label = file.display().to_string();
         let text = fs::read_to_string(file).at(|| format!("cannot read the materials {label}"))?;
         for other in load_materials(&text, &label, &scene.bands)? {
             let place = find(&mut materials, &other.name, |material| &material.name, "material");
             *place.at(|| label.clone())? = other;
+        }
+    }
+    for change in changes {
+        if let Change::Library(name, entries) = change {
+            let material = find(&mut materials, name, |material| &material.name, "material")?;
+            let entries: Vec<Value> = entries.iter().map(|entry| entry.as_str().into()).collect();
+            let table = vec![Value::table([(LIBRARY, entries)])];
+            let own = std::slice::from_ref(&*material);
+            let mut read = read_variants(&format!("`set` {change}"), name, table, own, &scene.bands)?;
+            *material = read.remove(0);
         }
     }
     let mut tables = BTreeMap::<&str, Vec<&Change>>::new();
@@ -141,6 +174,15 @@ pub(super) fn changed(
         }
     }
     Ok((materials, sources))
+}
+
+fn no_variant(name: &str, scene: &Scene) -> Error {
+    let known: Vec<String> = scene.designs.iter().map(|design| format!("\"{}\"", design.name)).collect();
+    let known = match known.as_slice() {
+        [] => "none: name some in the scene file, [variants.NAME], and trace it".to_owned(),
+        known => known.join(", "),
+    };
+    Error::refused(format!("the map has no variant \"{name}\"; it has {known}"))
 }
 
 /// Checks that `materials` have the laws and interfaces of `scene`.
@@ -233,7 +275,7 @@ mod tests {
 
     fn change(changes: &[&str]) -> Result<(Vec<Material>, Vec<Source>)> {
         let parsed: Vec<Change> = changes.iter().map(|text| parse(text).unwrap()).collect();
-        changed(&scene(), None, &parsed)
+        changed(&scene(), None, None, &parsed)
     }
 
     #[test]
@@ -275,11 +317,24 @@ mod tests {
     }
 
     #[test]
+    fn entries_of_the_library_are_set_by_name() {
+        let (materials, _) = change(&[
+            "materials.wall.north.library=\"chairs-wooden\", scattering-classroom",
+            "materials.wall.north.absorption=0.9",
+        ])
+        .unwrap();
+        assert!((materials[0].scattering[3] - 0.4).abs() < 1e-15, "{:?}", materials[0]);
+        assert!(materials[0].absorption.iter().all(|a| (a - 0.9).abs() < 1e-15));
+        let error = change(&["materials.wall.north.library=carpet-of-nowhere"]).unwrap_err().to_string();
+        assert!(error.contains("no material `carpet-of-nowhere`"), "{error}");
+    }
+
+    #[test]
     fn a_material_keeps_its_law() {
         let mut walls = Material::uniform("walls", 0.2, 0.1, 8);
         walls.law = sonel_acoustics::AbsorptionLaw::LocallyReacting;
         let scene = Scene::shoebox([4.0, 4.0, 4.0], walls, Bands::octaves());
-        let set = |text: &str| changed(&scene, None, &[parse(text).unwrap()]);
+        let set = |text: &str| changed(&scene, None, None, &[parse(text).unwrap()]);
         let (materials, _) = set("materials.walls.absorption=0.4").unwrap();
         assert_eq!(materials[0].law, scene.materials[0].law);
         assert!(set("materials.walls.absorption=0.97").is_err());

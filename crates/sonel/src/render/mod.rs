@@ -165,7 +165,7 @@ impl Map {
     fn changed(&self, options: &RenderOptions) -> Result<Changed<'_>> {
         let geometry = self.walls()?;
         let of_file = self.sonels();
-        if options.materials.is_none() && options.set.is_empty() {
+        if options.variant.is_none() && options.materials.is_none() && options.set.is_empty() {
             return Ok(Changed { map: Cow::Borrowed(of_file), geometry, warnings: Vec::new() });
         }
         if of_file.header().settings.mode == Mode::Paper || options.estimator == Estimator::Paper {
@@ -174,7 +174,8 @@ impl Map {
             ));
         }
         let scene = &of_file.header().scene;
-        let (materials, sources) = change::changed(scene, options.materials.as_deref(), &options.set)?;
+        let (variant, file) = (options.variant.as_deref(), options.materials.as_deref());
+        let (materials, sources) = change::changed(scene, variant, file, &options.set)?;
         let make = |materials, sources| self.design(materials, sources, geometry);
         let Design { map, geometry, warnings } = self.prepared().design(materials, sources, make)?;
         Ok(Changed { map: Cow::Owned(map), geometry, warnings })
@@ -279,6 +280,9 @@ impl PreparedRendering<'_> {
         watched(observer, |watch| {
             let job = self.job(watch);
             let (mut run, told, is_reached) = self.run(&job)?;
+            if let Some(variant) = &self.options.variant {
+                run.response.metadata["variant"] = json!(variant);
+            }
             if let Some(shard) = self.options.shard {
                 run.response.mark_as_part(shard.index, shard.count);
             }

@@ -34,6 +34,8 @@ pub struct RenderOptions {
     pub air: Air,
     /// Whether energies by direction of incidence are stored, too: for lateral fractions, ambisonics and two ears.
     pub directions: bool,
+    /// A variant of the scene file, `[variants.NAME]`, whose materials replace the scene's before `materials` and `set`.
+    pub variant: Option<String>,
     /// A TOML file of `[materials.NAME]`; those materials replace the scene's before `set`.
     pub materials: Option<PathBuf>,
     /// Changes against the scene of the map.
@@ -81,6 +83,7 @@ impl Default for RenderOptions {
             seed: None,
             air: Air::OfScene,
             directions: false,
+            variant: None,
             materials: None,
             set: Vec::new(),
             grid: None,

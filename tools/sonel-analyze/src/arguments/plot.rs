@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use sonel_analysis::Parameter;
+use sonel_console::heard::HeardArguments;
 use sonel_study::target;
 
 /// `plot`.
@@ -33,13 +34,17 @@ pub struct Plot {
     /// Receiver; maps show all [default: the first].
     #[arg(long, value_name = "NAME")]
     pub receiver: Option<String>,
-    /// Parameter of a map, named as by `parameters`, or level, g, edt, t20, t30, c50, c80, d50, ts, lf, lfc, lj, sti.
+    /// Parameter of a map, named as by `parameters`, or level, g, edt, t20, t30, c50, c80, d50, ts, lf, lfc, lj, sti, and
+    /// with --noise u50, snr.
     #[arg(long, value_name = "NAME", default_value = "g", value_parser = Drawn::parse)]
     pub parameter: Drawn,
     /// Band of a map or of early reflections by its nominal centre [Hz]. By default a map shows single numbers, and early
     /// reflections are summed over all bands, weighted by the power of the source.
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub band: Option<f64>,
+    /// Speech, noise, and sources as one system.
+    #[command(flatten)]
+    pub heard: HeardArguments,
 }
 
 /// `--what`.
@@ -69,6 +74,9 @@ pub enum Drawn {
 /// Short names of parameters that targets of --until do not have.
 const LATERAL_NAMES: [&str; 3] = ["lf", "lfc", "lj"];
 
+/// Short names of parameters of speech in noise.
+const IN_NOISE_NAMES: [&str; 2] = ["u50", "snr"];
+
 impl Drawn {
     fn parse(text: &str) -> Result<Self, String> {
         let name = text.trim().to_lowercase();
@@ -76,7 +84,12 @@ impl Drawn {
             return Ok(Self::Speech);
         }
         let supports = Parameter::SUPPORT.map(|(parameter, _)| parameter);
-        let by_key = [&Parameter::ALL[..], &Parameter::LATERAL, &supports]
+        if let Some((_, parameter)) =
+            IN_NOISE_NAMES.into_iter().zip(Parameter::IN_NOISE).find(|(known, _)| *known == name)
+        {
+            return Ok(Self::Parameter(parameter));
+        }
+        let by_key = [&Parameter::ALL[..], &Parameter::LATERAL, &supports, &Parameter::IN_NOISE]
             .concat()
             .into_iter()
             .find(|known| known.key() == name);
@@ -88,7 +101,10 @@ impl Drawn {
         let found = by_key.or(by_letters).or_else(|| target::parameter(&name).ok());
         found.map(Self::Parameter).ok_or_else(|| {
             let lateral = LATERAL_NAMES.join(", ");
-            format!("\"{text}\" is not a parameter: write one of {}, {lateral}, sti", target::names())
+            format!(
+                "\"{text}\" is not a parameter: write one of {}, {lateral}, sti, u50, snr",
+                target::names()
+            )
         })
     }
 

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use anyhow::bail;
 use sonel_analysis::average::single_number;
-use sonel_analysis::{ParameterValue, ReceiverParameters, parameters};
+use sonel_analysis::receiver::parameters_of;
+use sonel_analysis::{ParameterValue, ReceiverParameters};
 use sonel_console::quantity::counted;
 use sonel_drawing::plot::{Axis, Place, Plan, Plans, Section};
 use sonel_geometry::section;
@@ -50,7 +51,7 @@ fn plan(
 ) -> anyhow::Result<Plan> {
     let response = &subject.response;
     let receivers = response.receivers();
-    let figures = parameters(response).split_off(subject.source * receivers);
+    let figures = parameters_of(response, subject.talk.as_ref()).split_off(subject.source * receivers);
     let values: Vec<ParameterValue> = figures
         .iter()
         .take(receivers)

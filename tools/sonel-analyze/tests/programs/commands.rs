@@ -223,6 +223,28 @@ fn pipes_and_devices_are_named_and_refused_at_once() {
     }
 }
 
+/// A decay of 0.5 s as a comb of clicks, which has the same energy in every bin of 10 ms but for its decay: T20 and T30 are exact to the
+/// width of a click's octave.
+#[test]
+fn a_measured_impulse_response_is_read_like_a_response() {
+    let folder = TestFolder::with(SCENE);
+    let sample = |at: usize| match at % 40 {
+        0 => (-6.907_755_3 * at as f64 / 8000.0).exp() as f32,
+        _ => 0.0,
+    };
+    let samples = [vec![0.0; 800], (0..24_000).map(sample).collect()].concat();
+    let recording = sonel_sound::Recording { sample_rate_hz: 16_000, channels: vec![samples] };
+    recording.write(std::fs::File::create(folder.path("seat 12.wav")).unwrap()).unwrap();
+    let csv = analyze(&folder, &["parameters", "--format", "csv", "seat 12.wav"]).done().out;
+    let row = csv.lines().find(|line| line.contains("2000,t30_s")).expect("a row").to_owned();
+    assert!(
+        row.starts_with(",seat 12,2000,t30_s,0.49") || row.starts_with(",seat 12,2000,t30_s,0.50"),
+        "{row}"
+    );
+    assert!(csv.lines().any(|line| line.contains("level_db") && line.contains("not calibrated")));
+    analyze(&folder, &["plot", "seat 12.wav", "--what", "decay", "--receiver", "any", "-o", "m.svg"]).done();
+}
+
 #[test]
 fn a_response_is_read_in_every_format() {
     let folder = TestFolder::with(SCENE);
@@ -230,10 +252,10 @@ fn a_response_is_read_in_every_format() {
     let printed = |options: &[&str]| analyze(&folder, &[options, &[RESPONSE]].concat()).done().out;
     let table = printed(&["parameters"]);
     assert!(table.starts_with("test room: source \"stage\" at receiver \"seat 12\""), "{table}");
-    // Its head, speech, and the parameters of one band.
+    // Its head, speech, the A-weighted level, and the parameters of one band.
     assert_eq!(
         printed(&["parameters", "--format", "csv"]).lines().count(),
-        2 + sonel_analysis::Parameter::ALL.len()
+        3 + sonel_analysis::Parameter::ALL.len()
     );
     let json: Value = serde_json::from_str(&printed(&["parameters", "--format", "json"])).unwrap();
     let t30 = &json["receivers"][0]["bands"][0]["t30_s"]["value"];

@@ -32,7 +32,7 @@ pub fn serve(
 ) -> anyhow::Result<Outcome> {
     let server = Server::at(arguments.port)?;
     let guard = Guard::new(server.port())?;
-    let session = Session::open(files, arguments.packets, guard.token())?;
+    let session = Session::open(files, arguments, guard.token())?;
     let address = guard.address();
     writeln!(out, "{address}")?;
     out.flush()?;

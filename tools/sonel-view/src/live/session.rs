@@ -21,6 +21,7 @@ use super::answer::{Answer, Refusal};
 use super::edit;
 use super::save::Origin;
 use super::wishes::{Changed, Changes, LISTENER, Plane, Render, Save, Search, changes, position};
+use crate::arguments::Arguments;
 use crate::files::Files;
 use crate::page::{self, Subject, Traced, pair, room};
 
@@ -69,7 +70,8 @@ impl Session {
     ///
     /// # Errors
     /// When the scene is invalid.
-    pub fn open(files: Files, packets: Option<u64>, token: &str) -> anyhow::Result<Arc<Self>> {
+    pub fn open(files: Files, arguments: &Arguments, token: &str) -> anyhow::Result<Arc<Self>> {
+        let packets = arguments.packets;
         let Files { scene: file, map, responses } = files;
         let mut state = State::default();
         let mut shown = None;
@@ -86,14 +88,21 @@ impl Session {
             let scene = &map.sonels().header().scene;
             shown = Some((scene.name.clone(), room::json(scene, walls, None)));
         }
-        let subjects: Vec<Subject> =
-            responses.into_iter().map(|(name, response)| Subject::new(name, response)).collect();
+        let subjects: Vec<Subject> = responses
+            .into_iter()
+            .map(|(name, response)| Subject::new(name, response, &arguments.heard))
+            .collect::<anyhow::Result<_>>()?;
         let page = match (subjects.is_empty(), shown) {
             (true, Some((name, room))) => page::live(&name, &room, token),
             (_, shown) => {
                 let traced = map.as_ref().zip(walls.as_deref());
                 let traced = traced.map(|(map, walls)| Traced { map: map.sonels(), walls });
-                page::of_responses(&subjects, traced, shown.is_some().then_some(token))
+                page::of_responses(
+                    &subjects,
+                    traced,
+                    &arguments.head.head(),
+                    shown.is_some().then_some(token),
+                )
             }
         };
         state.maps = u64::from(map.is_some());

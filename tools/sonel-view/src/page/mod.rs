@@ -3,6 +3,7 @@
 //! Rust makes the numbers, the tables and what charts show; plotly.js draws charts and three.js the room, and both scripts are part of the file.
 
 mod charts;
+mod client;
 mod document;
 pub mod pair;
 mod reflections;
@@ -11,10 +12,14 @@ mod sections;
 mod words;
 
 use serde_json::{Value, json};
-use sonel_analysis::{ReceiverParameters, parameters};
+use sonel_analysis::ReceiverParameters;
+use sonel_analysis::receiver::parameters_of;
+use sonel_console::heard::HeardArguments;
+use sonel_console::spelled;
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, hexadecimal};
+use sonel_study::criteria::Criterion;
 
 use document::Document;
 
@@ -31,9 +36,17 @@ pub struct Subject {
 
 impl Subject {
     /// Reads the parameters off `response`.
-    pub fn new(name: String, response: sonel::Response) -> Self {
-        let parameters = parameters(response.echograms());
-        Self { name, response, parameters }
+    ///
+    /// # Errors
+    /// When `heard` names a source that the response lacks.
+    pub fn new(name: String, response: sonel::Response, heard: &HeardArguments) -> anyhow::Result<Self> {
+        let changes = heard.changes(response.echograms())?;
+        let response = match changes {
+            Some(changes) => response.together(&changes).map_err(spelled)?,
+            None => response,
+        };
+        let parameters = parameters_of(response.echograms(), heard.talk().as_ref());
+        Ok(Self { name, response, parameters })
     }
 
     /// Number of pairs of source and receiver.
@@ -53,6 +66,21 @@ impl Subject {
     }
 }
 
+/// What stands above a page, and what the room shall meet.
+#[derive(Debug, Clone, Default)]
+pub struct Head {
+    /// Name of the project; that of the scene without.
+    pub project: Option<String>,
+    /// Who answers for it.
+    pub author: Option<String>,
+    /// Date, as it was given.
+    pub date: Option<String>,
+    /// Version of the report, as it was given.
+    pub revision: Option<String>,
+    /// Criteria.
+    pub targets: Vec<Criterion>,
+}
+
 /// The map that the responses were rendered from.
 #[derive(Clone, Copy)]
 pub struct Traced<'a> {
@@ -70,8 +98,14 @@ impl Traced<'_> {
 }
 
 /// The page of responses and of the map of the first one, which asks the server of this `token` for more, if there is one.
-pub fn of_responses(subjects: &[Subject], map: Option<Traced<'_>>, token: Option<&str>) -> String {
-    let name = subjects[0].echograms().metadata["scene"].as_str().unwrap_or("Room acoustics");
+pub fn of_responses(
+    subjects: &[Subject],
+    map: Option<Traced<'_>>,
+    head: &Head,
+    token: Option<&str>,
+) -> String {
+    let scene = subjects[0].echograms().metadata["scene"].as_str();
+    let name = head.project.as_deref().or(scene).unwrap_or("Room acoustics");
     let room = map.map_or_else(
         || room::of_response(subjects[0].echograms()),
         |map| room::json(&map.map.header().scene, map.walls, None),
@@ -88,10 +122,19 @@ pub fn of_responses(subjects: &[Subject], map: Option<Traced<'_>>, token: Option
         .collect();
     let live = token.map(|token| json!({ "token": token }));
     let mut page = Document::new(name, &json!({ "room": room, "pairs": pairs, "live": live }));
+    client::head(&mut page, head);
     sections::summary(&mut page, subjects);
+    client::differences(&mut page, subjects);
+    client::targets(&mut page, subjects, head);
+    client::curves(&mut page, subjects, head);
     sections::remarks(&mut page, subjects, map);
     sections::over_bands(&mut page, subjects);
     sections::over_receivers(&mut page, subjects);
+    client::room(&mut page, subjects, map);
+    if let Some(map) = map {
+        client::statistics(&mut page, subjects, map);
+    }
+    client::limits(&mut page);
     if let Some(map) = map {
         sections::effects(&mut page, map);
         sections::ledger(&mut page, map);

@@ -23,9 +23,16 @@ const SINGLE: [Parameter; 6] = [
 ];
 
 /// The single numbers of these responses: lateral ones where any has directions.
-fn single(subjects: &[Subject]) -> Vec<Parameter> {
+pub fn single(subjects: &[Subject]) -> Vec<Parameter> {
     let lateral = subjects.iter().any(|subject| subject.echograms().directions.is_some());
-    SINGLE.into_iter().chain(Parameter::LATERAL.into_iter().filter(|_| lateral)).collect()
+    let has_noise = has_noise(subjects);
+    let lateral = Parameter::LATERAL.into_iter().filter(|_| lateral);
+    SINGLE.into_iter().chain(lateral).chain(Parameter::IN_NOISE.into_iter().filter(|_| has_noise)).collect()
+}
+
+/// Whether speech stands in noise.
+fn has_noise(subjects: &[Subject]) -> bool {
+    subjects.iter().flat_map(|subject| &subject.parameters).any(|parameters| parameters.in_noise.is_some())
 }
 
 /// Pairs of source and receiver of all responses, by name, as many as are drawn.
@@ -44,7 +51,7 @@ fn label(subjects: &[Subject], subject: &Subject, parameters: &ReceiverParameter
 }
 
 /// Value with the half-width of its interval, as tables have it.
-fn cell(estimate: &ParameterValue, factor: f64) -> String {
+pub fn cell(estimate: &ParameterValue, factor: f64) -> String {
     let Ok(estimate) = estimate else { return "–".to_owned() };
     let value = estimate.value * factor;
     match &estimate.interval {
@@ -83,11 +90,21 @@ pub fn summary(page: &mut Document, subjects: &[Subject]) {
     }
     rows.push(just_noticeable(&single));
     page.table("", &head, &rows);
-    page.note(
+    let speech = match subjects
+        .iter()
+        .flat_map(|subject| &subject.parameters)
+        .find_map(|found| found.in_noise.as_ref())
+    {
+        Some(speech) => format!(
+            "STI, U50 (speech of the first 50 ms over later speech and noise) and SNR (speech over noise): with background noise of {:.1} dB(A).",
+            speech.noise_level_db
+        ),
+        None => "STI: without background noise.".to_owned(),
+    };
+    page.note(&format!("{}{speech}",
         "Means of the octaves 500 and 1000 Hz (LF, LFC and LJ: 125 to 1000 Hz), ± half of the 95 % interval of the simulation. A difference of one JND (just-noticeable \
-         difference) can just be heard. The mean is over all pairs above it; its interval is that of the mean, not the spread between seats. \
-         STI: without background noise.",
-    );
+         difference) can just be heard. The mean is over all pairs above it; its interval is that of the mean, not the spread between seats. ",
+    ));
     let all: Vec<ReceiverParameters> =
         drawn(subjects).into_iter().map(|(_, subject, index)| subject.parameters[index].clone()).collect();
     page.data("figures", &report::receivers(&all));

@@ -1,15 +1,13 @@
 //! Writes the concert hall of `scenes/hall`: mesh from the plan, figures from mesh and materials.
 
-mod figures;
-mod grid;
-mod mesh;
 mod plan;
 mod shape;
 
 use anyhow::Result;
 
-use grid::Grid;
-use mesh::QuadMesh;
+use crate::quads::grid::Grid;
+use crate::quads::mesh::QuadMesh;
+use crate::quads::{self, figures};
 use xtask::workspace::{self, read, write};
 
 const MESH: &str = "scenes/hall/hall.obj";
@@ -19,8 +17,8 @@ const README: &str = "scenes/hall/README.md";
 /// Rewrites the mesh and the figures in the README.
 pub fn run() -> Result<()> {
     let mesh = build();
-    write(MESH, mesh.to_obj())?;
-    let figures = figures::markdown(&mesh, &read(SCENE)?)?;
+    write(MESH, mesh.to_obj("Concert hall", "hall"))?;
+    let figures = figures::markdown(&mesh, &quads::scene(SCENE)?)?;
     write(README, &workspace::with_figures(&read(README)?, &figures)?)?;
     print!("{figures}");
     Ok(())
@@ -29,44 +27,26 @@ pub fn run() -> Result<()> {
 fn build() -> QuadMesh {
     let extent = [(-plan::HALF_WIDTH, plan::HALF_WIDTH), (0, plan::LENGTH), (0, plan::CEILING)];
     let (solids, patches) = (plan::solids(), plan::patches());
-    QuadMesh::weld(Grid::new(extent, plan::SHELL, &solids, &patches).faces(&patches))
+    QuadMesh::weld(Grid::new(extent, plan::SHELL, &solids, &patches).faces(&patches), shape::place)
 }
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
-
-    use super::mesh::{cross, dot, length, sub};
     use super::*;
-
-    /// Largest distance [m] of a quad's fourth corner from the plane of the others.
-    fn warp(corners: [[f64; 3]; 4]) -> f64 {
-        let [a, b, c, d] = corners;
-        let normal = cross(sub(b, a), sub(c, a));
-        (dot(sub(d, a), normal) / length(normal)).abs()
-    }
-
-    /// Directed edges that do not occur exactly once in each direction.
-    fn open_edges(mesh: &QuadMesh) -> usize {
-        let mut seen: BTreeMap<(usize, usize), [u32; 2]> = BTreeMap::new();
-        for (quad, _) in &mesh.quads {
-            for i in 0..4 {
-                let (from, to) = (quad[i], quad[(i + 1) % 4]);
-                seen.entry((from.min(to), from.max(to))).or_default()[usize::from(from > to)] += 1;
-            }
-        }
-        seen.values().filter(|both| **both != [1, 1]).count()
-    }
+    use crate::quads::mesh::{cross, dot, length, open_edges, sub, warp};
 
     #[test]
     fn checked_in_mesh_is_the_generated_one() {
-        assert!(read(MESH).unwrap() == build().to_obj(), "run `cargo pages hall` and commit {MESH}");
+        assert!(
+            read(MESH).unwrap() == build().to_obj("Concert hall", "hall"),
+            "run `cargo pages hall` and commit {MESH}"
+        );
     }
 
     #[test]
     fn figures_in_the_readme_are_the_computed_ones() {
         let readme = read(README).unwrap();
-        let figures = figures::markdown(&build(), &read(SCENE).unwrap()).unwrap();
+        let figures = figures::markdown(&build(), &quads::scene(SCENE).unwrap()).unwrap();
         assert_eq!(readme, workspace::with_figures(&readme, &figures).unwrap(), "run `cargo pages hall`");
     }
 

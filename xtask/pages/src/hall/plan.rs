@@ -4,6 +4,8 @@
 //! ([`super::shape`]): x across (the hall is symmetric about 0), y from the stage's back wall to the rear wall,
 //! z up from the floor before the stage. Integers make the grid exact; nothing has to be compared within a tolerance.
 
+use crate::quads::grid::{Finish, Patch, Solid};
+
 /// Half the width of the hall at the stage's back wall [dm].
 pub const HALF_WIDTH: i32 = 110;
 /// From the stage's back wall to the rear wall [dm].
@@ -30,29 +32,6 @@ const BALCONY_FLOOR: i32 = 69;
 const PARAPET_TOP: i32 = 78;
 const PARAPET_THICKNESS: i32 = 3;
 const SEAT_BLOCKS: [(i32, i32); 3] = [(-100, -50), (-38, 38), (50, 100)];
-
-/// Materials of a solid's faces by the way they look; names are those of `scenes/hall/scene.toml`.
-#[derive(Clone, Copy)]
-pub struct Finish {
-    pub top: &'static str,
-    pub side: &'static str,
-    pub bottom: &'static str,
-}
-
-/// A box, `[lo, hi]` per axis [dm].
-pub type Box3 = [(i32, i32); 3];
-
-/// A solid box; later ones are painted over earlier ones.
-pub struct Solid {
-    pub extent: Box3,
-    pub finish: Finish,
-}
-
-/// A box without thickness: faces that lie in it get another material (doors, panelling).
-pub struct Patch {
-    pub extent: Box3,
-    pub material: &'static str,
-}
 
 /// What encloses the hall: floor, walls and ceiling as seen from inside.
 pub const SHELL: Finish = Finish { top: "audience_floor", side: "plaster", bottom: "ceiling" };

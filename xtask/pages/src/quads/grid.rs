@@ -3,9 +3,37 @@
 //! Every grid line runs through the whole grid and every face is one quad of it, so neighbouring faces share whole edges: the
 //! surface has no T-junctions and is closed by construction.
 
-use super::plan::{Box3, Finish, Patch, Solid};
+/// Materials of a solid's faces by the way they look; names are those of the scene file.
+#[derive(Clone, Copy)]
+pub struct Finish {
+    pub top: &'static str,
+    pub side: &'static str,
+    pub bottom: &'static str,
+}
 
-/// A quad between solid and air: corners on the grid [dm], counter-clockwise seen from the air.
+impl Finish {
+    /// One material on all sides.
+    pub const fn all(material: &'static str) -> Self {
+        Self { top: material, side: material, bottom: material }
+    }
+}
+
+/// A box, `[lo, hi]` per axis, in the unit of the grid.
+pub type Box3 = [(i32, i32); 3];
+
+/// A solid box; later ones are painted over earlier ones.
+pub struct Solid {
+    pub extent: Box3,
+    pub finish: Finish,
+}
+
+/// A box without thickness: faces that lie in it get another material (doors, panelling).
+pub struct Patch {
+    pub extent: Box3,
+    pub material: &'static str,
+}
+
+/// A quad between solid and air: corners on the grid, counter-clockwise seen from the air.
 pub struct Face {
     pub corners: [[i32; 3]; 4],
     pub material: &'static str,

@@ -1,9 +1,9 @@
-//! The hall's welded quads: measures, checks, and the OBJ text.
+//! Welded quads: measures, checks, and the OBJ text.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::{grid::Face, shape};
+use super::grid::Face;
 
 /// Quads over shared vertices.
 pub struct QuadMesh {
@@ -14,8 +14,8 @@ pub struct QuadMesh {
 }
 
 impl QuadMesh {
-    /// Welds equal grid vertices and moves them into the hall's shape; quads are sorted by material.
-    pub fn weld(mut faces: Vec<Face>) -> Self {
+    /// Welds equal vertices of the grid, of which `place` gives the position [m]; quads are sorted by material.
+    pub fn weld(mut faces: Vec<Face>, place: impl Fn([i32; 3]) -> [f64; 3]) -> Self {
         faces.sort_by_key(|f| (f.material, f.corners));
         let mut seen = BTreeMap::new();
         let mut vertices = Vec::new();
@@ -24,7 +24,7 @@ impl QuadMesh {
             .map(|face| {
                 let corners = face.corners.map(|corner| {
                     *seen.entry(corner).or_insert_with(|| {
-                        vertices.push(shape::place(corner));
+                        vertices.push(place(corner));
                         vertices.len() - 1
                     })
                 });
@@ -61,10 +61,10 @@ impl QuadMesh {
         })
     }
 
-    /// Wavefront OBJ text.
-    pub fn to_obj(&self) -> String {
-        let mut obj = String::from(
-            "# Concert hall, z up, metres. Written by `cargo pages hall`; change the plan there, not this file.\n",
+    /// Wavefront OBJ text of the room `title`, which `cargo pages PAGE` writes.
+    pub fn to_obj(&self, title: &str, page: &str) -> String {
+        let mut obj = format!(
+            "# {title}, z up, metres. Written by `cargo pages {page}`; change the plan there, not this file.\n"
         );
         for [x, y, z] in &self.vertices {
             writeln!(obj, "v {} {} {}", decimal(*x), decimal(*y), decimal(*z))
@@ -88,6 +88,27 @@ fn decimal(value: f64) -> String {
     let text = format!("{value:.5}");
     let short = text.trim_end_matches('0').trim_end_matches('.');
     if short == "-0" { "0".into() } else { short.into() }
+}
+
+/// Directed edges that do not occur exactly once in each direction.
+#[cfg(test)]
+pub fn open_edges(mesh: &QuadMesh) -> usize {
+    let mut seen: BTreeMap<(usize, usize), [u32; 2]> = BTreeMap::new();
+    for (quad, _) in &mesh.quads {
+        for i in 0..4 {
+            let (from, to) = (quad[i], quad[(i + 1) % 4]);
+            seen.entry((from.min(to), from.max(to))).or_default()[usize::from(from > to)] += 1;
+        }
+    }
+    seen.values().filter(|both| **both != [1, 1]).count()
+}
+
+/// Largest distance [m] of a quad's fourth corner from the plane of the others.
+#[cfg(test)]
+pub fn warp(corners: [[f64; 3]; 4]) -> f64 {
+    let [a, b, c, d] = corners;
+    let normal = cross(sub(b, a), sub(c, a));
+    (dot(sub(d, a), normal) / length(normal)).abs()
 }
 
 pub fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {

@@ -1,0 +1,81 @@
+//! `[variants.NAME]`: named choices of other materials, which a map carries besides those of the scene.
+
+use sonel_acoustics::Material;
+
+use super::materials::{check_variant_keys, read_variant};
+use crate::Design;
+use crate::bands::BandChoice;
+use crate::document::Table;
+use crate::library::MaterialSources;
+use crate::report::Report;
+use crate::suggest::suggest;
+
+/// The section.
+pub(crate) const SECTION: &str = "variants";
+/// The word that stands for every variant (`sonel-render --variant`).
+const ALL: &str = "all";
+
+/// Reads every design, in the order of the file, and adds its materials to `variants` unless they are there.
+pub(crate) fn read(
+    document: &Table<'_>,
+    materials: &[Material],
+    variants: &mut Vec<Vec<Material>>,
+    bands: &BandChoice,
+    sources: &MaterialSources,
+    report: &mut Report<'_>,
+) -> Vec<Design> {
+    let Some(table) = document.get(SECTION).and_then(|section| section.table(report)) else {
+        return Vec::new();
+    };
+    let mut designs = Vec::new();
+    for (name, entry) in table.in_file_order() {
+        let Some(chosen) = entry.table(report) else { continue };
+        if !is_file_name(name) || name == ALL {
+            entry.problem(
+                report,
+                "is part of a file name: use letters, digits, spaces, dots and hyphens, and not `all`",
+            );
+        }
+        let mut choices = Vec::new();
+        for (of, entry) in chosen.in_file_order() {
+            let Some(index) = materials.iter().position(|material| material.name == of) else {
+                let known = materials.iter().map(|material| material.name.as_str());
+                entry.problem(report, &format!("no such material; {}", suggest(of, known)));
+                continue;
+            };
+            let is_interface = document
+                .get("materials")
+                .and_then(|section| section.table(report)?.get(of)?.table(report)?.get("interface"))
+                .is_some();
+            if is_interface {
+                entry
+                    .problem(report, "is an interface between airs and has no coefficients; remove this key");
+                continue;
+            }
+            let Some(table) = entry.table(report) else { continue };
+            check_variant_keys(&table, report);
+            let variant = read_variant(&materials[index], &table, bands, sources, report);
+            if variant == materials[index] {
+                continue;
+            }
+            if variants.is_empty() {
+                variants.resize(materials.len(), Vec::new());
+            }
+            let known = variants[index].iter().position(|known| *known == variant);
+            let at = known.unwrap_or_else(|| {
+                variants[index].push(variant);
+                variants[index].len() - 1
+            });
+            choices.push((index as u32, at as u32));
+        }
+        designs.push(Design { name: name.to_owned(), choices });
+    }
+    designs
+}
+
+/// Whether any system takes `name` as part of a file name.
+fn is_file_name(name: &str) -> bool {
+    name.trim() == name
+        && !name.is_empty()
+        && name.chars().all(|letter| letter.is_alphanumeric() || " .-_".contains(letter))
+}

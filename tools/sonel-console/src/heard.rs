@@ -1,0 +1,115 @@
+//! Options that say what is heard: speech, noise, and sources as one system.
+
+use std::collections::BTreeMap;
+
+use anyhow::bail;
+use clap::Args;
+use sonel_analysis::modulation::Talk;
+use sonel_analysis::speech::{noise_level_db, speech_power_level_db};
+use sonel_echogram::{Response, SourceChange};
+
+/// Speech, noise, and sources as one system.
+#[derive(Debug, Clone, Default, Args)]
+pub struct HeardArguments {
+    /// Background noise: a curve such as NR-35 or NC-30, or levels in the octaves 125 … 8000 Hz [dB re 20 µPa], seven numbers with commas
+    /// between. Adds U50 and signal-to-noise ratio; the speech transmission index then includes noise, masking and the reception threshold.
+    #[arg(long, value_name = "CURVE|L125,…,L8000", value_parser = noise, allow_hyphen_values = true)]
+    pub noise: Option<[f64; 7]>,
+    /// Speech: normal, raised, loud, shouted, iec, or power levels in these octaves [dB re 1 pW] [default: those of the source].
+    #[arg(long, value_name = "EFFORT|LW125,…,LW8000", value_parser = speech, allow_hyphen_values = true, requires = "noise")]
+    pub speech: Option<[f64; 7]>,
+    /// All sources as one system: energies are added, time zero is the first direct sound. Lateral parameters are left out.
+    #[arg(long)]
+    pub together: bool,
+    /// Gain of a source with --together [dB]; repeatable.
+    #[arg(long, value_name = "SOURCE=dB", value_parser = number, allow_hyphen_values = true, requires = "together")]
+    pub gain: Vec<(String, f64)>,
+    /// Delay of a source with --together [ms], 0 … 1000; repeatable.
+    #[arg(long, value_name = "SOURCE=ms", value_parser = number, allow_hyphen_values = true, requires = "together")]
+    pub delay: Vec<(String, f64)>,
+}
+
+/// Longest delay of a loudspeaker [ms].
+const LONGEST_DELAY_MS: f64 = 1000.0;
+
+impl HeardArguments {
+    /// What is said, where there is a level of noise.
+    #[must_use]
+    pub fn talk(&self) -> Option<Talk> {
+        self.noise.map(|noise_level_db| Talk { power_level_db: self.speech, noise_level_db })
+    }
+
+    /// The response, with its sources as one system where that is asked for.
+    ///
+    /// # Errors
+    /// When a gain or delay is of no source, given twice or impossible.
+    pub fn heard(&self, response: Response) -> anyhow::Result<Response> {
+        Ok(self.changes(&response)?.map(|changes| response.together(&changes)).unwrap_or(response))
+    }
+
+    /// What becomes of each source within the system; none where sources stand for themselves.
+    ///
+    /// # Errors
+    /// When a gain or delay is of no source, given twice or impossible.
+    pub fn changes(&self, response: &Response) -> anyhow::Result<Option<Vec<SourceChange>>> {
+        if !self.together {
+            return Ok(None);
+        }
+        let of = |given: &[(String, f64)], what: &str| -> anyhow::Result<BTreeMap<String, f64>> {
+            let mut found = BTreeMap::new();
+            for (name, value) in given {
+                if !response.source_names.contains(name) {
+                    bail!(
+                        "{what} of \"{name}\": the response has no such source; it has {}",
+                        response.source_names.join(", ")
+                    );
+                }
+                if found.insert(name.clone(), *value).is_some() {
+                    bail!("{what} of \"{name}\" is given twice");
+                }
+            }
+            Ok(found)
+        };
+        let (gains, delays) = (of(&self.gain, "gain")?, of(&self.delay, "delay")?);
+        if let Some((name, delay)) =
+            delays.iter().find(|(_, delay)| !(0.0..=LONGEST_DELAY_MS).contains(*delay))
+        {
+            bail!("delay of \"{name}\": {delay} ms is outside 0 … {LONGEST_DELAY_MS} ms");
+        }
+        let changes: Vec<SourceChange> = response
+            .source_names
+            .iter()
+            .map(|name| SourceChange {
+                gain_db: gains.get(name).copied().unwrap_or(0.0),
+                delay: 1e-3 * delays.get(name).copied().unwrap_or(0.0),
+            })
+            .collect();
+        Ok(Some(changes))
+    }
+}
+
+/// Reads `--noise`.
+///
+/// # Errors
+/// A sentence that says what is right.
+pub fn noise(text: &str) -> Result<[f64; 7], String> {
+    noise_level_db(text)
+}
+
+/// Reads `--speech`.
+///
+/// # Errors
+/// A sentence that says what is right.
+pub fn speech(text: &str) -> Result<[f64; 7], String> {
+    speech_power_level_db(text)
+}
+
+fn number(text: &str) -> Result<(String, f64), String> {
+    let parts = text
+        .rsplit_once('=')
+        .and_then(|(name, value)| Some((name.trim(), value.trim().parse::<f64>().ok()?)));
+    let parts = parts.filter(|(name, value)| !name.is_empty() && (-200.0..=2000.0).contains(value));
+    parts.map(|(name, value)| (name.to_owned(), value)).ok_or_else(|| {
+        format!("\"{text}\" is not a source with a number: write SOURCE=NUMBER, such as left=-3")
+    })
+}

@@ -1,0 +1,263 @@
+//! What a client reads: project, room, statistical times beside simulated ones, targets, differences between variants, limits.
+
+use serde_json::json;
+use sonel_acoustics::{eyring_time, mean_free_path, sabine_time};
+use sonel_analysis::average::{average, single_number};
+use sonel_analysis::comparison::difference;
+use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
+use sonel_study::criteria::{Verdict, verdict};
+
+use super::document::Document;
+use super::sections::{cell, single};
+use super::{Head, Subject, Traced, charts};
+
+/// Project, author, date and version, as they were given.
+pub fn head(page: &mut Document, head: &Head) {
+    let given = [
+        ("Project", &head.project),
+        ("Author", &head.author),
+        ("Date", &head.date),
+        ("Version", &head.revision),
+    ];
+    let rows: Vec<Vec<String>> =
+        given.into_iter().filter_map(|(what, text)| Some(vec![what.to_owned(), text.clone()?])).collect();
+    if !rows.is_empty() {
+        page.table("long", &[], &rows);
+    }
+}
+
+/// Size of the room and positions; materials stand below its drawing.
+pub fn room(page: &mut Document, subjects: &[Subject], map: Option<Traced<'_>>) {
+    page.section("The room");
+    if let Some(map) = map {
+        let surface = surface(map);
+        let mut facts =
+            vec![vec!["triangles".to_owned(), map.map.header().scene.mesh.triangles.len().to_string()]];
+        if let Some(volume) = map.walls.volume() {
+            facts.push(vec!["volume".to_owned(), format!("{volume:.0} m³")]);
+            facts
+                .push(vec!["mean free path".to_owned(), format!("{:.2} m", mean_free_path(volume, surface))]);
+        }
+        facts.push(vec!["surface".to_owned(), format!("{surface:.0} m²")]);
+        page.table("long", &[], &facts);
+    }
+    let echograms = subjects[0].echograms();
+    let point = |what: &str, name: &String, at: &[f64; 3]| {
+        let [x, y, z] = at.map(|value| format!("{value:.2}"));
+        vec![what.to_owned(), name.clone(), x, y, z]
+    };
+    let sources = echograms.source_names.iter().zip(&echograms.source_positions);
+    let receivers = echograms.receiver_names.iter().zip(&echograms.receiver_positions);
+    let rows: Vec<Vec<String>> = sources
+        .map(|(name, at)| point("source", name, at))
+        .chain(receivers.map(|(name, at)| point("receiver", name, at)))
+        .collect();
+    page.table("", &["", "name", "x [m]", "y [m]", "z [m]"].map(str::to_owned), &rows);
+}
+
+fn surface(map: Traced<'_>) -> f64 {
+    let materials = 0..map.map.header().scene.materials.len();
+    materials.map(|index| map.walls.exposed_area(index as u32)).sum()
+}
+
+/// Mean over the receivers of a parameter in a band.
+fn mean(subject: &Subject, parameter: Parameter, hz: f64) -> ParameterValue {
+    let bands = subject.parameters.iter().filter_map(|receiver| {
+        receiver.bands.iter().find(|band| band.center_frequency_hz.total_cmp(&hz).is_eq())
+    });
+    let values: Vec<&ParameterValue> = bands.map(|band| band.parameter(parameter)).collect();
+    // A receiver without a value does not take those of the others away.
+    let known = values.iter().copied().filter(|value| value.is_ok());
+    if known.clone().count() == 0 {
+        values.first().map_or_else(|| average([]), |first| (*first).clone())
+    } else {
+        average(known)
+    }
+}
+
+/// Sabine's and Eyring's times beside T30 of every response.
+pub fn statistics(page: &mut Document, subjects: &[Subject], map: Traced<'_>) {
+    let scene = &map.map.header().scene;
+    let (Some(volume), surface) = (map.walls.volume(), surface(map)) else { return };
+    page.section("Statistical and simulated reverberation times");
+    let named = subjects.iter().map(|subject| format!("T30 [s], {}", subject.name));
+    let columns = ["f [Hz]", "mean α", "Sabine [s]", "Eyring [s]"].map(str::to_owned).into_iter();
+    let columns: Vec<String> = columns.chain(named).collect();
+    let row = |(band, hz): (usize, &f64)| {
+        let areas = scene.materials.iter().enumerate();
+        let absorbing: f64 = areas
+            .map(|(index, material)| map.walls.exposed_area(index as u32) * material.absorption[band])
+            .sum();
+        let (m, c, mean_absorption) =
+            (scene.air_attenuation[band], scene.speed_of_sound, absorbing / surface);
+        let times =
+            [sabine_time(volume, absorbing, m, c), eyring_time(volume, surface, mean_absorption, m, c)];
+        [hz.to_string(), format!("{mean_absorption:.3}")]
+            .into_iter()
+            .chain(times.map(|time| format!("{time:.2}")))
+            .chain(subjects.iter().map(|subject| cell(&mean(subject, Parameter::T30, *hz), 1.0)))
+            .collect()
+    };
+    let rows: Vec<Vec<String>> = scene.bands.nominal().iter().enumerate().map(row).collect();
+    page.table("", &columns, &rows);
+    page.note(
+        "Statistical times hold for a diffuse field and the materials of the map; where absorption is uneven, simulated times are longer. \
+         T30 is the mean over the receivers with a value.",
+    );
+}
+
+/// Targets per band, with a verdict by the interval of the mean over the receivers.
+pub fn targets(page: &mut Document, subjects: &[Subject], head: &Head) {
+    if head.targets.is_empty() {
+        return;
+    }
+    page.section("Targets");
+    for target in &head.targets {
+        let (symbol, unit, factor) = target.parameter.heading();
+        let mut rows = Vec::new();
+        for subject in subjects {
+            let volume = subject.echograms().metadata["volume_m3"].as_f64();
+            let mut verdicts = Vec::new();
+            for hz in &subject.echograms().center_frequency_hz {
+                let Some(range) = target.range(*hz, volume) else { continue };
+                let value = mean(subject, target.parameter, *hz);
+                let found = verdict(range, &value);
+                verdicts.push(found);
+                rows.push(vec![
+                    subject.name.clone(),
+                    hz.to_string(),
+                    words(range.map(|end| factor * end)),
+                    cell(&value, factor),
+                    found.to_string(),
+                ]);
+            }
+            let all = match () {
+                () if verdicts.is_empty() => "does not apply to this room",
+                () if verdicts.contains(&Verdict::Fail) => "fail",
+                () if verdicts.contains(&Verdict::Undecided) => "undecided",
+                () => "pass",
+            };
+            rows.push(vec![
+                subject.name.clone(),
+                "all".to_owned(),
+                String::new(),
+                String::new(),
+                all.to_owned(),
+            ]);
+        }
+        page.text(&format!("{}: {symbol} [{unit}]", target.name));
+        let columns = ["variant", "f [Hz]", "wanted", "mean over receivers", "verdict"].map(str::to_owned);
+        page.table("", &columns, &rows);
+    }
+    page.note(
+        "Pass: the whole 95 % interval of the simulation lies within the range. Fail: all of it lies outside. Undecided: it reaches over an end of \
+         the range; a longer calculation decides. The interval does not include the uncertainty of the materials.",
+    );
+}
+
+fn words([low, high]: [f64; 2]) -> String {
+    match (low > 0.0 || low.is_finite() && low < 0.0, high.is_finite()) {
+        (true, true) => format!("{low:.2} … {high:.2}"),
+        (false, true) => format!("at most {high:.2}"),
+        _ => format!("at least {low:.2}"),
+    }
+}
+
+/// Differences of single numbers between every response and the first.
+pub fn differences(page: &mut Document, subjects: &[Subject]) {
+    let [first, others @ ..] = subjects else { return };
+    let shown = single(subjects);
+    let mut rows = Vec::new();
+    for other in others {
+        for receiver in &other.parameters {
+            let is_same = |found: &&ReceiverParameters| {
+                (&found.source, &found.name) == (&receiver.source, &receiver.name)
+            };
+            let Some(before) = first.parameters.iter().find(is_same) else { continue };
+            let cells = shown.iter().map(|parameter| {
+                let [a, b] = [before, receiver].map(|found| single_number(found, *parameter));
+                noticed(&difference(&a, &b), &a, *parameter)
+            });
+            let name = format!("{}: {} → {}", other.name, receiver.source, receiver.name);
+            rows.push(std::iter::once(name).chain(cells).collect());
+        }
+    }
+    if rows.is_empty() {
+        return;
+    }
+    page.section("Differences");
+    let columns = shown.iter().map(|parameter| {
+        let (symbol, unit, _) = parameter.heading();
+        format!("Δ{symbol} [{unit}]")
+    });
+    let columns: Vec<String> = std::iter::once(format!("less {}", first.name)).chain(columns).collect();
+    page.table("", &columns, &rows);
+    page.note(
+        "Difference of the single numbers with half of its 95 % interval, runs taken as independent. 0: not beyond the noise of the simulation. \
+         *: at least one just-noticeable difference.",
+    );
+}
+
+fn noticed(difference: &ParameterValue, before: &ParameterValue, parameter: Parameter) -> String {
+    let (Ok(found), Ok(before)) = (difference, before) else { return "–".to_owned() };
+    let text = cell(difference, parameter.heading().2);
+    match &found.interval {
+        Ok([low, high]) if *low <= 0.0 && *high >= 0.0 => format!("{text} (0)"),
+        _ if found.value.abs() >= parameter.just_noticeable(before.value) => format!("{text} *"),
+        _ => text,
+    }
+}
+
+/// T20 over the bands, with the ranges of targets about it.
+pub fn curves(page: &mut Document, subjects: &[Subject], head: &Head) {
+    let Some(target) = head.targets.first() else { return };
+    let (symbol, unit, factor) = target.parameter.heading();
+    let mut data = Vec::new();
+    for (index, subject) in subjects.iter().enumerate() {
+        let bands = &subject.echograms().center_frequency_hz;
+        let values: Vec<ParameterValue> =
+            bands.iter().map(|hz| mean(subject, target.parameter, *hz)).collect();
+        let y: Vec<_> = values
+            .iter()
+            .map(|value| charts::rounded(value.as_ref().map_or(f64::NAN, |found| factor * found.value)))
+            .collect();
+        data.push(json!({ "type": "scatter", "mode": "lines+markers", "name": super::document::escaped(&subject.name), "x": bands, "y": y,
+            "line": { "color": charts::color(index) } }));
+    }
+    let volume = subjects[0].echograms().metadata["volume_m3"].as_f64();
+    for (end, name) in [(0, "lowest"), (1, "highest")] {
+        let points: Vec<(f64, f64)> = subjects[0]
+            .echograms()
+            .center_frequency_hz
+            .iter()
+            .filter_map(|hz| Some((*hz, factor * target.range(*hz, volume)?[end])))
+            .filter(|(_, value)| value.is_finite() && *value > 0.0)
+            .collect();
+        let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
+        data.push(
+            json!({ "type": "scatter", "mode": "lines", "name": format!("{name} wanted"), "x": x, "y": y,
+            "line": { "color": "#888", "dash": "dash" } }),
+        );
+    }
+    let x = json!({ "type": "log", "title": { "text": "band [Hz]" }, "tickvals": subjects[0].echograms().center_frequency_hz,
+        "ticktext": subjects[0].echograms().center_frequency_hz.iter().map(ToString::to_string).collect::<Vec<_>>() });
+    let y = json!({ "title": { "text": format!("{symbol} [{unit}]") }, "rangemode": "tozero" });
+    page.charts(&[
+        json!({ "data": data, "layout": charts::layout(&format!("{symbol} and {}", target.name), x, y) }),
+    ]);
+}
+
+/// What the numbers do not say.
+pub fn limits(page: &mut Document) {
+    page.section("What was not simulated");
+    page.list(
+        &[
+            "Waves: the calculation follows energies. Below the Schroeder frequency single modes decide, and loudspeakers with one signal interfere; neither is in the numbers.",
+            "People and furniture that the model leaves out. Their absorption and scattering must be in the coefficients of the surfaces.",
+            "The uncertainty of the materials. Coefficients differ between laboratory and building by 0.1 and more; intervals are those of the simulation alone.",
+            "Sound from outside, from services and through walls, but for the noise that is stated.",
+            "Differences from seat to seat between the receivers.",
+        ]
+        .map(str::to_owned),
+    );
+}
