@@ -7,17 +7,18 @@ use sonel_study::room_decay::RoomDecay;
 /// The checkup as JSON (docs/interface.md).
 #[must_use]
 pub fn report(checkup: &Checkup) -> Value {
+    let all: Vec<String> = checkup.defaults.iter().cloned().chain(notes(checkup)).collect();
     let errors: Vec<String> = checkup.problems.iter().map(ToString::to_string).collect();
     json!({
         "room": checkup.room.as_ref().map(room_json),
-        "notes": notes(checkup),
+        "notes": all,
         "errors": errors,
         "warnings": checkup.warnings,
         "faults": checkup.faults,
     })
 }
 
-/// The notes of `checkup`, and one where a short trace shows that Sabine's time does not hold.
+/// The notes of `checkup` but for defaults, and one where a short trace shows that Sabine's time does not hold.
 #[must_use]
 pub fn notes(checkup: &Checkup) -> Vec<String> {
     checkup.notes.iter().cloned().chain(uneven(checkup)).collect()
