@@ -9,14 +9,14 @@ use anyhow::{Context, Result, bail, ensure};
 
 use xtask::workspace::{self, Profile};
 
-use crate::{cluster, python_package, python_reader, tidy};
+use crate::{cluster, python_package, python_reader, site, tidy};
 
 /// Runs all steps; an error names those that failed.
 pub fn run() -> Result<()> {
     let start = Instant::now();
     workspace::lint_while_compiling();
     // Packages arrive while crates are compiled. Who needs them installs them anew where this failed, and says why.
-    std::thread::spawn(|| python_reader::environment().and(cluster::environment()));
+    std::thread::spawn(|| python_reader::environment().and(cluster::environment()).and(site::environment()));
     let mut failed = Vec::new();
     for (name, check) in steps() {
         println!("── {name}");
@@ -39,10 +39,11 @@ pub fn run() -> Result<()> {
 type Step = (&'static str, fn() -> Result<()>);
 
 /// Cheapest first.
-fn steps() -> [Step; 8] {
+fn steps() -> [Step; 9] {
     [
         ("format", || succeed(workspace::cargo(&["fmt", "--all", "--check"]))),
         ("tidy", tidy::run),
+        ("site", site::build),
         ("build and lints", || {
             succeed(workspace::cargo(&[
                 "test",
