@@ -8,8 +8,10 @@ mod ci;
 mod cluster;
 mod container;
 mod demo;
+mod dist;
 mod documentation;
 mod pages;
+mod portable;
 mod python;
 mod python_package;
 mod python_reader;
@@ -46,6 +48,8 @@ enum Chore {
         #[arg(long)]
         paper: bool,
     },
+    /// Make a release in target/dist: static programs, wheel, sources, checksums
+    Dist,
     /// Test the Python package sonel against the programs
     PythonPackage,
     /// Check the Python reader of maps against sonel-render
@@ -69,6 +73,7 @@ fn main() -> ExitCode {
         Chore::Ci => ci::run(),
         Chore::Cluster => cluster::check(),
         Chore::Demo { paper } => demo::run(paper),
+        Chore::Dist => dist::make(),
         Chore::PythonPackage => python_package::check(),
         Chore::PythonReader => python_reader::check(),
         Chore::Site => site::build(),
