@@ -9,7 +9,7 @@ use clap::ValueEnum;
 
 use xtask::workspace;
 
-use crate::{attack, cluster, container, dist, documentation, portable, python_package, view};
+use crate::{attack, cluster, container, dist, documentation, portable, python_package, site, view};
 
 /// A part of what is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -22,6 +22,8 @@ pub enum Part {
     Cluster,
     /// Static programs in a container
     Container,
+    /// The house page, and the commands on it
+    Site,
     /// A release on a bare Debian
     Dist,
     /// The code for other systems, and the oldest Rust
@@ -40,11 +42,12 @@ pub enum Part {
 pub fn run(part: Option<Part>) -> Result<()> {
     // What it needs where something of it cannot run.
     type Run = fn() -> Result<Option<&'static str>>;
-    let parts: [(Part, Run); 10] = [
+    let parts: [(Part, Run); 11] = [
         (Part::Documentation, || documentation::check().map(|()| None)),
         (Part::Packages, packages),
         (Part::Cluster, cluster::accept),
         (Part::Container, container::accept),
+        (Part::Site, || site::accept().map(|()| None)),
         (Part::Dist, dist::accept),
         (Part::Portable, portable::accept),
         (Part::Python, || python_package::accept().map(|()| None)),

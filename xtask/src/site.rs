@@ -4,6 +4,8 @@
 //! downloads. The menu on the left comes from the lists of docs/README.md. Sphinx makes the pages, with search; a link that leads nowhere is an
 //! error.
 
+mod commands;
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -45,6 +47,13 @@ pub fn build() -> Result<()> {
     let foreign = foreign(&root.join(HTML))?;
     ensure!(foreign.is_empty(), "the site loads from elsewhere: {}", foreign.join(", "));
     println!("site: {pages} pages; open {HTML}/index.html");
+    Ok(())
+}
+
+/// Builds the site and runs the commands of its tutorial and answers.
+pub fn accept() -> Result<()> {
+    build()?;
+    println!("site: {} commands run", commands::run()?);
     Ok(())
 }
 
