@@ -59,7 +59,7 @@ fn bands(receivers: &[Value]) -> Result<String> {
     }
     text.push('\n');
     for band in receiver["bands"].as_array().context("a receiver has no bands")? {
-        write!(text, "{:>9}", band["center_frequency_hz"].to_string())?;
+        write!(text, "{:>9}", band["center_frequency_hz"].as_f64().unwrap_or(f64::NAN))?;
         for (key, _) in COLUMNS {
             write!(text, " {:>14}", figure(&band[key]))?;
         }
