@@ -98,6 +98,7 @@ fn programs(into: &Path) -> Result<()> {
         "pages",
         "--",
         "shell",
+        "--output",
         &shell.to_string_lossy(),
     ]))
 }
@@ -149,8 +150,15 @@ pub fn accept() -> Result<Option<&'static str>> {
         }
     }
     fs::copy(root.join("xtask/src/dist.sh"), work.join("dist.sh"))?;
-    let log = printed(Command::new("chroot").arg(&debian).args(["/bin/sh", "-eux", "/srv/dist.sh"]))?;
+    let run = Command::new("chroot")
+        .arg(&debian)
+        .args(["/bin/sh", "-eux", "/srv/dist.sh"])
+        .env_clear()
+        .env("PATH", "/usr/sbin:/usr/bin:/sbin:/bin")
+        .output()?;
+    let log = String::from_utf8_lossy(&run.stdout).into_owned();
     fs::write(root.join("target/dist/debian.log"), &log)?;
+    ensure!(run.status.success(), "the release fails on a bare Debian:\n{log}");
     ensure!(log.contains("the same map"), "the wheel and the programs trace different maps:\n{log}");
     println!("{log}dist: the release works on a bare Debian; log in {FOLDER}/debian.log");
     Ok(None)

@@ -9,17 +9,17 @@ PATH="$(echo /srv/sonel-*-x86_64-linux/bin):$PATH"
 sonel-trace --version
 sonel-trace new --shoebox 9,7,3 --purpose classroom -o classroom.toml
 sonel-trace check classroom.toml
-sonel-trace classroom.toml -o classroom.sonelmap --packets 2000 --duration 1
+sonel-trace classroom.toml -o classroom.sonelmap --packets 2000 --duration 3
 sonel-render classroom.sonelmap -o classroom.npz --parameters
 sonel-analyze parameters classroom.npz --format csv > classroom.csv
 sonel-analyze plot classroom.npz -o classroom.png
 sonel-view classroom.sonelmap classroom.npz -o classroom.html
 ls -l classroom.*
-pip install --break-system-packages --no-index --no-deps sonel-*.whl
+pip install --break-system-packages --no-index --no-deps --force-reinstall sonel-*.whl
 python3 - <<'P'
-import numpy, sonel
-print("numpy", numpy.__version__, "sonel", sonel.__version__)
-room = sonel.trace(sonel.Scene.load("classroom.toml"), packets=2000, duration=1)
+import importlib.metadata, numpy, sonel
+print("numpy", numpy.__version__, "sonel", importlib.metadata.version("sonel"))
+room = sonel.trace(sonel.Scene.load("classroom.toml"), packets=2000, duration=3)
 room.save("python.sonelmap")
 print("T30 [s]", room.render().parameters()["t30_s"][0, 0].round(2))
 P
