@@ -9,8 +9,8 @@ use clap::Parser;
 const LEAST: usize = 55;
 
 fn pages(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
+    for entry in fs::read_dir(folder).expect("a folder of pages") {
+        let path = entry.expect("an entry").path();
         if path.is_dir() {
             pages(&path, found);
         } else if path.extension().is_some_and(|ending| ending == "md") {

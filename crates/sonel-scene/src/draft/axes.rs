@@ -62,7 +62,7 @@ fn upward(polygons: &Polygons, options: &DraftOptions<'_>, axes: &mut Axes) -> D
     let [along_y, along_z] = [DVec3::Y, DVec3::Z].map(|axis| lying.area_across(axis));
     let Some(DVec3 { x, y, z }) = extents(polygons) else { return DVec3::Z };
     let (is_y, reason) = match lying.name {
-        Some(name) if along_y != along_z => (along_y > along_z, format!("as \"{name}\" lies")),
+        Some(name) if along_y.max(along_z) > 0.0 => (along_y > along_z, format!("as \"{name}\" lies")),
         _ if y < FLAT * x.min(z) => {
             (true, "the shortest side (a guess: no material is called floor or ceiling)".to_owned())
         }
