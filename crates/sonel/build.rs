@@ -10,10 +10,7 @@ const PRIME: u64 = 0x0100_0000_01b3;
 
 fn main() -> io::Result<()> {
     let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR").expect("cargo says it")).join("../..");
-    let mut files = vec![root.join("Cargo.lock")];
-    for library in fs::read_dir(root.join("crates"))? {
-        gather(&library?.path().join("src"), &mut files)?;
-    }
+    let (root, files) = sources(root)?;
     let mut named: Vec<(String, PathBuf)> = files
         .into_iter()
         .map(|file| {
@@ -31,6 +28,22 @@ fn main() -> io::Result<()> {
     }
     println!("cargo::rustc-env=SONEL_BUILD={digest:016x}");
     Ok(())
+}
+
+/// The sources of all libraries in the workspace, below `root`. A crate from a registry has its own alone: those it depends on are of its version.
+fn sources(root: PathBuf) -> io::Result<(PathBuf, Vec<PathBuf>)> {
+    let libraries = root.join("crates");
+    if !libraries.join("sonel-map/src").is_dir() {
+        let own = PathBuf::from(env::var("CARGO_MANIFEST_DIR").expect("cargo says it"));
+        let mut files = vec![own.join("Cargo.toml")];
+        gather(&own.join("src"), &mut files)?;
+        return Ok((own, files));
+    }
+    let mut files = vec![root.join("Cargo.lock")];
+    for library in fs::read_dir(libraries)? {
+        gather(&library?.path().join("src"), &mut files)?;
+    }
+    Ok((root, files))
 }
 
 /// All files in `folder` and below.

@@ -110,6 +110,7 @@ fn pool() -> PyResult<Arc<ThreadPool>> {
 /// The level of `logging`.
 fn level(severity: Severity) -> u8 {
     match severity {
+        Severity::Detail => 10,
         Severity::Info | Severity::Note => 20,
         Severity::Warning => 30,
     }

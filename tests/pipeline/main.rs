@@ -9,6 +9,7 @@ mod effects;
 mod extend;
 mod in_memory;
 mod inputs;
+mod pages;
 mod parameters;
 mod parts;
 mod placement;

@@ -9,19 +9,27 @@ use clap::ValueEnum;
 
 use xtask::workspace;
 
-use crate::{attack, cluster, container, documentation, measured, python_package, view};
+use crate::{
+    attack, cluster, container, dist, documentation, measured, portable, python_package, site, view,
+};
 
 /// A part of what is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Part {
     /// What rustdoc has to say
     Documentation,
-    /// Licences, advisories and sources of foreign packages
+    /// What can be published; licences, advisories and sources of foreign packages
     Packages,
     /// The workflow on a real Slurm
     Cluster,
     /// Static programs in a container
     Container,
+    /// The house page, and the commands on it
+    Site,
+    /// A release on a bare Debian
+    Dist,
+    /// The code for other systems, and the oldest Rust
+    Portable,
     /// The Python wheel, its types and its notebook
     Python,
     /// The page of sonel-view in a browser
@@ -38,11 +46,14 @@ pub enum Part {
 pub fn run(part: Option<Part>) -> Result<()> {
     // What it needs where something of it cannot run.
     type Run = fn() -> Result<Option<&'static str>>;
-    let parts: [(Part, Run); 9] = [
+    let parts: [(Part, Run); 12] = [
         (Part::Documentation, || documentation::check().map(|()| None)),
         (Part::Packages, packages),
         (Part::Cluster, cluster::accept),
         (Part::Container, container::accept),
+        (Part::Site, || site::accept().map(|()| None)),
+        (Part::Dist, dist::accept),
+        (Part::Portable, portable::accept),
         (Part::Python, || python_package::accept().map(|()| None)),
         (Part::View, view::accept),
         (Part::Measured, || measured::accept().map(|()| None)),
@@ -59,8 +70,28 @@ pub fn run(part: Option<Part>) -> Result<()> {
     Ok(())
 }
 
-/// Compares foreign packages with deny.toml. Where something of it cannot run: what it needs.
+/// Crate sonel and those below it, lowest first.
+const PUBLISHED: [&str; 13] = [
+    "sonel-acoustics",
+    "sonel-sampling",
+    "sonel-geometry",
+    "sonel-diffraction",
+    "sonel-scene",
+    "sonel-map",
+    "sonel-echogram",
+    "sonel-tracer",
+    "sonel-renderer",
+    "sonel-analysis",
+    "sonel-sound",
+    "sonel-study",
+    "sonel",
+];
+
+/// Packs what can be published, then compares foreign packages with deny.toml. Where something of it cannot run: what it needs.
 fn packages() -> Result<Option<&'static str>> {
+    let mut pack = workspace::cargo(&["package", "--no-verify", "--allow-dirty"]);
+    pack.args(PUBLISHED.iter().flat_map(|name| ["--package", name]));
+    succeed(pack)?;
     let mut command = workspace::cargo(&["deny", "--version"]);
     if !command.output().is_ok_and(|output| output.status.success()) {
         return Ok(Some("licences and advisories need `cargo install --locked cargo-deny`"));

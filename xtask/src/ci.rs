@@ -10,14 +10,14 @@ use anyhow::{Context, Result, bail, ensure};
 
 use xtask::workspace::{self, Profile};
 
-use crate::{cluster, python_reader, tidy};
+use crate::{cluster, python_reader, site, tidy};
 
 /// Runs all steps; an error names those that failed.
 pub fn run() -> Result<()> {
     let start = Instant::now();
     workspace::lint_while_compiling();
     // Packages arrive while crates are compiled. Who needs them installs them anew where this failed, and says why.
-    std::thread::spawn(|| python_reader::environment().and(cluster::environment()));
+    std::thread::spawn(|| python_reader::environment().and(cluster::environment()).and(site::environment()));
     let mut failed = Vec::new();
     for (name, check) in steps() {
         println!("── {name}");
@@ -62,7 +62,7 @@ fn steps() -> [Step; 5] {
 
 /// Runs the tests, and beside them chores that mostly wait for one core. Their output follows that of the tests.
 fn tests() -> Result<()> {
-    let chores = std::thread::spawn(|| ["python-reader", "python-package", "cluster"].map(captured));
+    let chores = std::thread::spawn(|| ["site", "python-reader", "python-package", "cluster"].map(captured));
     let tested = succeed(workspace::cargo(&["test", "--workspace", "--tests", "--no-fail-fast"]));
     let chores = chores.join().expect("a chore that fails is an error");
     let failed: Vec<String> = [tested]

@@ -8,12 +8,15 @@ mod ci;
 mod cluster;
 mod container;
 mod demo;
+mod dist;
 mod documentation;
 mod measured;
 mod pages;
+mod portable;
 mod python;
 mod python_package;
 mod python_reader;
+mod site;
 mod slurm;
 mod tidy;
 mod view;
@@ -40,12 +43,20 @@ enum Chore {
     Ci,
     /// Run workflow/ on a small scene and compare its map with that of the run in one piece
     Cluster,
-    /// Trace and render the seed room into target/demo and print its levels and reverberation times
-    Demo,
+    /// Trace and render the concert hall into target/demo and print levels, reverberation times, clarity and STI
+    Demo {
+        /// The room of the founding paper instead of the hall
+        #[arg(long)]
+        paper: bool,
+    },
+    /// Make a release in target/dist: static programs, wheel, sources, checksums
+    Dist,
     /// Test the Python package sonel against the programs
     PythonPackage,
     /// Check the Python reader of maps against sonel-render
     PythonReader,
+    /// Build the house page of docs/ in target/site, without a network when it is read
+    Site,
     /// Check the house rules that a program can check
     Tidy,
     /// Compare packets with measured rooms in data sets of others: `cargo pages validate`
@@ -62,9 +73,11 @@ fn main() -> ExitCode {
         Chore::Bench { parts } => bench::run(&parts),
         Chore::Ci => ci::run(),
         Chore::Cluster => cluster::check(),
-        Chore::Demo => demo::run(),
+        Chore::Demo { paper } => demo::run(paper),
+        Chore::Dist => dist::make(),
         Chore::PythonPackage => python_package::check(),
         Chore::PythonReader => python_reader::check(),
+        Chore::Site => site::build(),
         Chore::Tidy => tidy::run(),
         Chore::Validate { arguments } => {
             return pages::run("validate", &arguments).unwrap_or_else(|error| xtask::exit_code(Err(error)));

@@ -102,6 +102,14 @@ pub fn programs(profile: Profile) -> Result<PathBuf> {
     }
     let status = build.status().with_context(|| format!("cannot run {build:?}"))?;
     ensure!(status.success(), "{build:?}: {status}");
+    folder(profile)
+}
+
+/// The folder of the programs of a profile.
+///
+/// # Errors
+/// When the own place is not known.
+pub fn folder(profile: Profile) -> Result<PathBuf> {
     // Chores are built with the dev profile.
     let own = std::env::current_exe()?;
     let dev = own.parent().context("a program lies in a folder")?;
@@ -113,7 +121,15 @@ pub fn programs(profile: Profile) -> Result<PathBuf> {
 /// # Errors
 /// When it cannot be built or run, or fails.
 pub fn program(profile: Profile, name: &str, arguments: &[&str]) -> Result<String> {
-    let path = programs(profile)?.join(name);
+    run_in(&programs(profile)?, name, arguments)
+}
+
+/// Runs a program that lies in `folder`, its log on our stderr; returns its stdout.
+///
+/// # Errors
+/// When it cannot be run, or fails.
+pub fn run_in(folder: &Path, name: &str, arguments: &[&str]) -> Result<String> {
+    let path = folder.join(name);
     eprintln!("$ {name} {}", arguments.join(" "));
     let mut run = command(&path.to_string_lossy(), arguments);
     let run = run.stderr(std::process::Stdio::inherit());

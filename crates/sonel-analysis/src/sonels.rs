@@ -75,11 +75,7 @@ impl<'a> Sonels<'a> {
     /// Number of sonels.
     #[must_use]
     pub fn count(&self) -> u64 {
-        let sonels = |path: PathView<'_>| {
-            path.vertices.iter().filter(|vertex| vertex.event().is_some_and(|e| e.leaves_sonel())).count()
-        };
-        let chunks = self.chunks.par_iter();
-        chunks.map(|&chunk| self.map().chunk_paths(chunk).map(sonels).sum::<usize>() as u64).sum()
+        self.map().sonel_count()
     }
 
     /// Gathers what `put` says of every sonel, chunk by chunk, and hands it to `take` in order.

@@ -30,7 +30,7 @@ use crate::storage::Storage;
 use crate::surfaces;
 use crate::tiling;
 use crate::variants;
-use crate::vertex::Vertex;
+use crate::vertex::{Event, Vertex};
 
 /// First word of the sections of maps whose packets edges deflected: no version reads or writes them any more.
 const DEFLECTING_EDGES: &str = "edges";
@@ -141,6 +141,15 @@ impl SonelMap {
     #[must_use]
     pub fn vertex_count(&self) -> u64 {
         self.chunks.iter().map(|chunk| chunk.vertex_count).sum()
+    }
+
+    /// Sonels stored: arrivals of packets at surfaces within the run. Reads all vertices.
+    #[must_use]
+    pub fn sonel_count(&self) -> u64 {
+        let is_sonel = |vertex: &&Vertex| vertex.event().is_some_and(Event::leaves_sonel);
+        let sonels = |path: PathView<'_>| path.vertices.iter().filter(is_sonel).count() as u64;
+        let chunks: Vec<(u32, u64)> = self.chunks().collect();
+        chunks.into_par_iter().map(|chunk| self.chunk_paths(chunk).map(sonels).sum::<u64>()).sum()
     }
 
     /// Paths stored.

@@ -22,7 +22,7 @@ impl BandChoice {
 /// Reads the section, or takes the default when there is none.
 pub(crate) fn read(document: &Table<'_>, report: &mut Report<'_>) -> BandChoice {
     let Some(section) = document.get("bands") else {
-        report.note("bands: octaves 63 … 8000 Hz (default)");
+        report.default("bands: octaves 63 … 8000 Hz (default)");
         return BandChoice { bands: Bands::octaves(), is_certain: true };
     };
     let bands = section.table(report).and_then(|table| read_table(&table, report));
@@ -69,7 +69,7 @@ fn read_width(entry: &Entry<'_>, report: &mut Report<'_>) -> Option<BandWidth> {
 
 /// The octaves 63 … 8000 Hz, or the third octaves they consist of.
 fn default_of(width: BandWidth, report: &mut Report<'_>) -> Option<Bands> {
-    report.note(match width {
+    report.default(match width {
         BandWidth::Octave => "bands.center_frequencies_hz: octaves 63 … 8000 Hz (default)",
         BandWidth::Third => "bands.center_frequencies_hz: third octaves 50 … 10000 Hz (default)",
     });

@@ -10,6 +10,7 @@
 mod balloon_file;
 mod bands;
 pub mod checkup;
+mod defaults;
 mod document;
 mod draft;
 mod effect;
@@ -35,7 +36,8 @@ mod value;
 mod words;
 
 pub use balloon_file::{is_balloon_file, load_balloon, rolled};
-pub use draft::{Draft, draft};
+pub use defaults::folded;
+pub use draft::{Draft, DraftOptions, Purpose, draft, draft_shoebox};
 pub use effect::Effect;
 pub use load::{Document, Loaded, load, load_materials, load_receivers, read_material, read_variants};
 pub use materials_file::materials_toml;

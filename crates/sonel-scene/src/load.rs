@@ -58,6 +58,8 @@ pub struct Loaded {
     pub geometry: Geometry,
     /// Size of the room, defaults taken, repairs made: one sentence each, for the log.
     pub notes: Vec<String>,
+    /// Indices of the notes about defaults and entries of libraries ([`crate::folded`]).
+    pub defaults: Vec<usize>,
     /// Likely mistakes: one sentence each.
     pub warnings: Vec<String>,
 }
@@ -79,12 +81,13 @@ pub fn load(
 
 /// The scene of `attempt` where it has no problem.
 fn loaded(attempt: Attempt) -> Result<Loaded, SceneErrors> {
-    let Attempt { scene, geometry, problems, remarks: Remarks { notes, warnings, .. }, .. } = attempt;
+    let Attempt { scene, geometry, problems, remarks: Remarks { notes, defaults, warnings, .. }, .. } =
+        attempt;
     if !problems.is_empty() {
         return Err(SceneErrors { problems });
     }
     let geometry = geometry.expect("a scene without problems has walls");
-    Ok(Loaded { scene, geometry, notes, warnings })
+    Ok(Loaded { scene, geometry, notes, defaults, warnings })
 }
 
 /// A scene made in code: the keys of a scene file (docs/formats/scene.md) as values, and the polygons that its `mesh` stands for.
@@ -417,7 +420,7 @@ fn read_name(document: &Table<'_>, report: &mut Report<'_>) -> String {
     let name = match document.get("name") {
         Some(entry) => entry.filled_text(report),
         None => {
-            report.note("name: \"untitled\" (default)");
+            report.default("name: \"untitled\" (default)");
             None
         }
     };
@@ -560,7 +563,7 @@ fn read_duration(
         );
         report.problem(0, message);
     }
-    report.note(format!(
+    report.default(format!(
         "duration_s: at least {duration:.2} (default: 1.2 times the largest Sabine time, {sabine:.3} s; longer where the room decays more slowly)"
     ));
     duration

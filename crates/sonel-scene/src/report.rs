@@ -16,6 +16,8 @@ pub(crate) struct Report<'t> {
 pub(crate) struct Remarks {
     /// Defaults taken, repairs made.
     pub(crate) notes: Vec<String>,
+    /// Indices of the notes about defaults and entries of libraries.
+    pub(crate) defaults: Vec<usize>,
     /// Indices of the notes about faults of the mesh.
     pub(crate) faults: Vec<usize>,
     /// Indices of the notes about repairs of the mesh.
@@ -46,6 +48,12 @@ impl<'t> Report<'t> {
     /// Something to say in the log.
     pub(crate) fn note(&mut self, note: impl Into<String>) {
         self.remarks.notes.push(note.into());
+    }
+
+    /// A default or an entry of a library that was taken: `PATH: VALUE`, perhaps `… (default)`.
+    pub(crate) fn default(&mut self, note: impl Into<String>) {
+        self.remarks.defaults.push(self.remarks.notes.len());
+        self.note(note);
     }
 
     /// A repair of the mesh.

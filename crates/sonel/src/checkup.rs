@@ -7,10 +7,11 @@ use sonel_study::room_decay::RoomDecay;
 /// The checkup as JSON (docs/interface.md).
 #[must_use]
 pub fn report(checkup: &Checkup) -> Value {
+    let all: Vec<String> = checkup.defaults.iter().cloned().chain(notes(checkup)).collect();
     let errors: Vec<String> = checkup.problems.iter().map(ToString::to_string).collect();
     json!({
         "room": room(checkup),
-        "notes": notes(checkup),
+        "notes": all,
         "errors": errors,
         "warnings": checkup.warnings,
         "faults": checkup.faults,
@@ -23,7 +24,7 @@ pub fn room(checkup: &Checkup) -> Value {
     checkup.room.as_ref().map_or(Value::Null, room_json)
 }
 
-/// The notes of `checkup`, and one where a short trace shows that Sabine's time does not hold.
+/// The notes of `checkup` but for defaults, and one where a short trace shows that Sabine's time does not hold.
 #[must_use]
 pub fn notes(checkup: &Checkup) -> Vec<String> {
     checkup.notes.iter().cloned().chain(uneven(checkup)).collect()

@@ -30,9 +30,11 @@ pub trait Observer: Sync {
 /// Severity of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Severity {
+    /// A single default, which a note has mentioned already together with the others.
+    Detail,
     /// A step of the work.
     Info,
-    /// A default taken or a repair made.
+    /// Defaults taken, or a repair made.
     Note,
     /// Likely mistakes, and causes of unreliable results.
     Warning,

@@ -62,8 +62,13 @@ impl Scene {
     }
 
     fn of(loaded: Loaded, files: Vec<PathBuf>, origin: Origin, watch: Watch<'_>) -> Self {
-        let Loaded { scene: compiled, geometry, notes, warnings } = loaded;
-        notes.iter().for_each(|note| watch.say(Severity::Note, note));
+        let Loaded { scene: compiled, geometry, notes, defaults, warnings } = loaded;
+        if let Some(defaults) = sonel_scene::folded(defaults.iter().map(|index| notes[*index].as_str())) {
+            watch.say(Severity::Note, &defaults);
+        }
+        for (index, note) in notes.iter().enumerate() {
+            watch.say(if defaults.contains(&index) { Severity::Detail } else { Severity::Note }, note);
+        }
         warnings.iter().for_each(|warning| watch.say(Severity::Warning, warning));
         Self { compiled, geometry: Arc::new(geometry), files, origin }
     }

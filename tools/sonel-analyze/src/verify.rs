@@ -23,10 +23,10 @@ pub fn run(arguments: &Verify, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let (stored, scene) = (map.ledger(), &map.header().scene);
     writeln!(
         out,
-        "{}: {} paths, {} vertices, {} bytes\nchecksums and structure: valid",
+        "{}: {} packets, {} sonels, {} bytes\nchecksums and structure: valid",
         arguments.map.display(),
         map.path_count(),
-        map.vertex_count(),
+        map.sonel_count(),
         map.byte_length()
     )?;
     let mut problems = differences(&stored, &survey.ledger, scene.bands.nominal());

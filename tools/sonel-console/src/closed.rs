@@ -18,7 +18,7 @@ pub(crate) fn error() -> std::io::Error {
     std::io::Error::other("cannot print: stdout is closed")
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", not(sonel_portable)))]
 extern "C" fn look() {
     // SAFETY: a question about a number that need not be open.
     #[allow(unsafe_code)]
@@ -27,7 +27,7 @@ extern "C" fn look() {
 }
 
 /// The system calls what is listed here before the standard library begins.
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", not(sonel_portable)))]
 #[allow(unsafe_code)]
 #[used]
 // SAFETY: a C function without arguments, which touches an atomic number alone.

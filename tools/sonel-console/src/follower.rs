@@ -19,6 +19,8 @@ pub struct Follower<'a> {
     progress: ProgressSink,
     state: Mutex<State<'a>>,
     watch: Stopwatch,
+    /// Whether single defaults are written.
+    is_verbose: bool,
 }
 
 struct State<'a> {
@@ -32,7 +34,13 @@ impl<'a> Follower<'a> {
     /// Follows work from now on.
     pub fn new<'b: 'a>(progress: ProgressSink, log: &'a mut Log<'b>) -> Self {
         let state = State { log, failed: None, shown: None };
-        Self { progress, state: Mutex::new(state), watch: Stopwatch::start() }
+        Self { progress, state: Mutex::new(state), watch: Stopwatch::start(), is_verbose: false }
+    }
+
+    /// Also writes every default on a line, if `is_verbose`.
+    #[must_use]
+    pub fn verbose(self, is_verbose: bool) -> Self {
+        Self { is_verbose, ..self }
     }
 
     fn state(&self) -> MutexGuard<'_, State<'a>> {
@@ -89,7 +97,8 @@ impl Observer for Follower<'_> {
 
     fn message(&self, severity: Severity, text: &str) -> ControlFlow<()> {
         let begin = match severity {
-            Severity::Info => "",
+            Severity::Detail if !self.is_verbose => return ControlFlow::Continue(()),
+            Severity::Detail | Severity::Info => "",
             Severity::Note => "note: ",
             Severity::Warning => "warning: ",
         };

@@ -25,9 +25,9 @@ type State = (u64, u64, Option<SystemTime>);
 
 fn state(path: &Path) -> Option<State> {
     let metadata = path.metadata().ok().filter(Metadata::is_file)?;
-    #[cfg(unix)]
+    #[cfg(all(unix, not(sonel_portable)))]
     let number = std::os::unix::fs::MetadataExt::ino(&metadata);
-    #[cfg(not(unix))]
+    #[cfg(any(not(unix), sonel_portable))]
     let number = 0;
     Some((number, metadata.len(), metadata.modified().ok()))
 }

@@ -244,7 +244,7 @@ pub fn has_ending(path: &Path, ending: &str) -> bool {
 
 /// Whether both paths lead to one file, through links or not.
 fn is_same_file(a: &Path, b: &Path) -> bool {
-    #[cfg(unix)]
+    #[cfg(all(unix, not(sonel_portable)))]
     if let (Ok(a), Ok(b)) = (a.metadata(), b.metadata()) {
         use std::os::unix::fs::MetadataExt;
         return (a.dev(), a.ino()) == (b.dev(), b.ino());
@@ -426,7 +426,7 @@ impl Seek for Output {
 }
 
 /// Temporary files are private to their owner; an output has the permissions a new file would have.
-#[cfg(unix)]
+#[cfg(all(unix, not(sonel_portable)))]
 fn readable_by_all(file: &File) -> Option<std::fs::Permissions> {
     use std::os::unix::fs::PermissionsExt;
     let mut permissions = file.metadata().ok()?.permissions();
@@ -434,7 +434,7 @@ fn readable_by_all(file: &File) -> Option<std::fs::Permissions> {
     Some(permissions)
 }
 
-#[cfg(not(unix))]
+#[cfg(any(not(unix), sonel_portable))]
 fn readable_by_all(_: &File) -> Option<std::fs::Permissions> {
     None
 }

@@ -145,6 +145,10 @@ pub struct Arguments {
     /// starts.
     #[arg(long, value_name = "BYTES", value_parser = parse_count, allow_negative_numbers = true)]
     pub memory: Option<u64>,
+    /// Print the parameters of the response to stdout, the table of sonel-analyze parameters; with --json their JSON under the
+    /// key `parameters`.
+    #[arg(long, requires = "output")]
+    pub parameters: bool,
     /// Print shares per path class, estimators, points left out of the grid and timings as JSON.
     #[arg(long)]
     pub json: bool,

@@ -12,6 +12,7 @@ use anyhow::bail;
 use serde_json::{Value, json};
 use sonel::plan as tables;
 use sonel::{Change, ClassShare, Map, RenderOptions, Rendered};
+use sonel_analysis::report;
 use sonel_console::follower::Follower;
 use sonel_console::output::{self, Kind, Output};
 use sonel_console::progress::ProgressSink;
@@ -104,12 +105,19 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         scene.name
     ))?;
     remark(&rendered, &follower)?;
+    let parameters = arguments.parameters.then(|| sonel_analysis::parameters(rendered.response.echograms()));
+    if let Some(parameters) = parameters.as_ref().filter(|_| !arguments.json) {
+        write!(out, "{}", report::table(parameters, &format!("{}: ", scene.name), false))?;
+    }
     if arguments.json {
-        let mut report = rendered.report(seconds);
-        if arguments.plan {
-            report["plan"] = planned;
+        let mut written = rendered.report(seconds);
+        if let Some(parameters) = &parameters {
+            written["parameters"] = report::json(parameters);
         }
-        writeln!(out, "{report}")?;
+        if arguments.plan {
+            written["plan"] = planned;
+        }
+        writeln!(out, "{written}")?;
     }
     Ok(if rendered.is_reached == Some(false) { Outcome::Missed } else { Outcome::Done })
 }

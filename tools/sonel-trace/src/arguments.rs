@@ -83,6 +83,9 @@ pub struct Arguments {
     /// Print only errors on stderr.
     #[arg(long)]
     pub quiet: bool,
+    /// Write every default and library entry on a line, instead of all on one.
+    #[arg(long, conflicts_with = "quiet")]
+    pub verbose: bool,
     /// Threads; by default all cores. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,

@@ -13,6 +13,7 @@ use sonel_console::output::{Kind, Output};
 use sonel_console::progress::ProgressSink;
 use sonel_console::{Log, Outcome};
 use sonel_scene::checkup::{Checkup, Covering, Room};
+use sonel_scene::folded;
 
 use crate::arguments::Common;
 
@@ -35,6 +36,9 @@ pub struct Checked {
     /// Print the same as JSON.
     #[arg(long)]
     json: bool,
+    /// Print every default and library entry on a line, instead of all on one.
+    #[arg(long)]
+    verbose: bool,
     #[command(flatten)]
     pub(crate) common: Common,
 }
@@ -59,7 +63,11 @@ pub fn run(checked: &Checked, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow:
     if let Some(room) = &checkup.room {
         write!(out, "{}", describe(room))?;
     }
-    for note in notes(&checkup) {
+    let defaults = match checked.verbose {
+        true => checkup.defaults.clone(),
+        false => folded(checkup.defaults.iter().map(String::as_str)).into_iter().collect(),
+    };
+    for note in defaults.into_iter().chain(notes(&checkup)) {
         writeln!(out, "note: {note}")?;
     }
     let Checkup { problems, warnings, faults, .. } = &checkup;

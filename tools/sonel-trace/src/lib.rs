@@ -27,7 +27,7 @@ pub use program::Program;
 /// # Errors
 /// When the scene, the options or the output are unusable, or the room leaks.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
-    let follower = Follower::new(ProgressSink::unless(arguments.quiet), log);
+    let follower = Follower::new(ProgressSink::unless(arguments.quiet), log).verbose(arguments.verbose);
     use_threads(arguments.threads)?;
     let mut options = arguments.options();
     options.settings().map_err(spelled)?;

@@ -1,26 +1,42 @@
-//! `sonel-trace new`: a first scene file for a mesh.
+//! `sonel-trace new`: a first scene file for a mesh or a rectangular room.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
+use clap::builder::PossibleValuesParser;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::{Progress, ProgressSink};
 use sonel_console::{Outcome, input};
-use sonel_scene::Draft;
+use sonel_scene::{Draft, DraftOptions, Purpose, SceneErrors};
 
 use crate::arguments::Common;
 
-/// Write a scene file for a mesh: its materials, the nearest library entries, a source and a receiver
+/// Write a commented scene file for a mesh or a rectangular room: materials to choose from, a source, receivers
 ///
-/// Edit the result: check materials, unit and positions, then run `sonel-trace check`.
+/// Unit and upward axis of a mesh are found from its sizes and the names of its materials, and logged. Edit the result, then run
+/// `sonel-trace check`.
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:\n  sonel-trace new hall.glb -o scene.toml")]
+#[command(
+    after_help = "Examples:\n  sonel-trace new --shoebox 9,7,3 --purpose classroom -o classroom.toml\n  sonel-trace new hall.glb -o scene.toml"
+)]
 pub struct New {
-    /// The mesh: OBJ, glTF, STL, PLY or DXF.
+    /// The mesh: OBJ, glTF, STL, PLY or DXF; none with --shoebox.
     #[arg(value_name = "MESH")]
-    mesh: PathBuf,
+    mesh: Option<PathBuf>,
+    /// A rectangular room instead of a mesh: its inner lengths along x, y and upwards z [m].
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_lengths, conflicts_with_all = ["mesh", "unit", "up"], allow_hyphen_values = true)]
+    shoebox: Option<[f64; 3]>,
+    /// What the room is for: its target reverberation time (DIN 18041) is stated.
+    #[arg(long, value_parser = PossibleValuesParser::new(Purpose::ALL.map(Purpose::name)))]
+    purpose: Option<String>,
+    /// Unit of the mesh [default: what the file says, else what its sizes tell].
+    #[arg(long, value_parser = ["m", "dm", "cm", "mm", "in", "ft"])]
+    unit: Option<String>,
+    /// Upward axis of the mesh [default: what the file says, else where floors and ceilings lie].
+    #[arg(long, value_name = "AXIS", value_parser = ["z", "y"])]
+    up: Option<String>,
     /// Scene file to write; an existing file is not replaced.
     #[arg(short, long, value_name = "SCENE.toml")]
     output: PathBuf,
@@ -28,25 +44,49 @@ pub struct New {
     pub(crate) common: Common,
 }
 
+/// Reads three lengths [m]; the scene file says which are possible.
+fn parse_lengths(text: &str) -> Result<[f64; 3], String> {
+    let lengths: Result<Vec<f64>, _> = text.split(',').map(|length| length.trim().parse()).collect();
+    let lengths: Option<[f64; 3]> = lengths.ok().and_then(|lengths| lengths.try_into().ok());
+    lengths.ok_or_else(|| "give three lengths in metres, such as 9,7,3".to_owned())
+}
+
 /// Writes the scene file.
 ///
 /// # Errors
-/// When the mesh cannot be read, has no free place for a source, or the output cannot be written.
+/// When the mesh cannot be read, its unit is not clear, it has no free place for a source, or the output cannot be written.
 pub fn run(new: &New, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let output = Output::create(&new.output, Kind::SCENE, std::slice::from_ref(&new.mesh))?;
-    let path = beside(&new.mesh, &new.output)?;
-    let name = new.mesh.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    let folder = new.output.parent().unwrap_or(Path::new("")).to_owned();
-    let progress = Progress::wait("reading", ProgressSink::unless(new.common.quiet));
-    let draft = sonel_scene::draft(&path, &name, &mut |path| input::read(&folder.join(path)));
-    progress.end();
-    let Draft { text, warnings } = draft?;
+    let output = Output::create(&new.output, Kind::SCENE, new.mesh.as_slice())?;
+    let options = DraftOptions {
+        purpose: new.purpose.as_deref().and_then(|purpose| purpose.parse().ok()),
+        unit: new.unit.as_deref(),
+        up: new.up.as_deref(),
+    };
+    let draft = match (&new.shoebox, &new.mesh) {
+        (Some(lengths), _) => sonel_scene::draft_shoebox(*lengths, &options),
+        (None, Some(mesh)) => of_mesh(new, mesh, &options)?,
+        (None, None) => bail!("give a mesh, or --shoebox X,Y,Z"),
+    };
+    let Draft { text, warnings, notes } = draft?;
+    for note in notes {
+        writeln!(log, "{note}")?;
+    }
     for warning in warnings {
         writeln!(log, "warning: {warning}")?;
     }
     output.write(|out| out.write_all(text.as_bytes()))?;
     writeln!(log, "wrote {}: edit it, then run sonel-trace check {0}", new.output.display())?;
     Ok(Outcome::Done)
+}
+
+fn of_mesh(new: &New, mesh: &Path, options: &DraftOptions<'_>) -> anyhow::Result<Result<Draft, SceneErrors>> {
+    let path = beside(mesh, &new.output)?;
+    let name = mesh.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    let folder = new.output.parent().unwrap_or(Path::new("")).to_owned();
+    let progress = Progress::wait("reading", ProgressSink::unless(new.common.quiet));
+    let draft = sonel_scene::draft(&path, &name, options, &mut |path| input::read(&folder.join(path)));
+    progress.end();
+    Ok(draft)
 }
 
 /// The path of the mesh as the scene file names it: relative to its folder where the mesh lies in it, else absolute.

@@ -37,6 +37,31 @@ fn a_new_scene_is_checked_and_traced_and_every_format_gives_the_same_map() {
 }
 
 #[test]
+fn a_classroom_is_made_checked_and_said_to_have_a_target() {
+    let folder = TestFolder::with("");
+    let words = ["new", "--shoebox", "9,7,3", "--purpose", "classroom", "-o", "room.toml"];
+    let made = folder.run(PROGRAM, &words);
+    assert_eq!(made.code, Some(0), "{}", made.err);
+    assert!(made.err.starts_with("target: T 0.56 s, within 0.45 … 0.67 s"), "{}", made.err);
+    let checked = folder.run(PROGRAM, &["check", "room.toml"]);
+    assert!(checked.out.contains("189.0 m³"), "{}", checked.out);
+    // Defaults are one line, or a line each.
+    assert_eq!(checked.out.matches("(default").count(), 0, "{}", checked.out);
+    assert!(checked.out.contains("note: defaults: bands octaves 63 … 8000 Hz; air 20 °C"), "{}", checked.out);
+    let verbose = folder.run(PROGRAM, &["check", "room.toml", "--verbose"]);
+    assert!(verbose.out.matches("(default").count() > 3, "{}", verbose.out);
+    for (words, said) in [
+        (&["new", "--shoebox", "9,7", "-o", "b.toml"][..], "three lengths"),
+        (&["new", "--shoebox", "9,7,-3", "-o", "b.toml"], "shoebox"),
+        (&["new", "--shoebox", "9,7,3", "room.obj", "-o", "b.toml"], "cannot be used with"),
+        (&["new", "--shoebox", "9,7,3", "--purpose", "sauna", "-o", "b.toml"], "classroom"),
+        (&["new", "-o", "b.toml"], "--shoebox"),
+    ] {
+        assert!(folder.run(PROGRAM, words).refused().contains(said), "{words:?}");
+    }
+}
+
+#[test]
 fn a_new_scene_replaces_nothing() {
     let folder = TestFolder::with("edited = 1");
     folder.write("room.obj", meshes::obj(&room()));

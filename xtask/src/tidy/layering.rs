@@ -21,7 +21,7 @@ const LAYERS: [&[&str]; 9] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 44] = [
+const HOMES: [(&str, &[&str]); 45] = [
     ("anyhow", &["tools/", "python", "xtask"]),
     ("base64", &["crates/sonel-scene", "tools/sonel-view"]),
     ("bincode", &["crates/sonel-map"]),
@@ -32,6 +32,7 @@ const HOMES: [(&str, &[&str]); 44] = [
     ("comfy-table", &["crates/sonel-analysis", "tools/"]),
     ("cpu-time", &["tools/"]),
     ("csv", &["crates/sonel-analysis", "crates/sonel-scene", "crates/sonel-design", "tools/"]),
+    ("ctrlc", &["tools/sonel-console"]),
     ("dejavu", &["crates/sonel-drawing"]),
     ("earcutr", &["crates/sonel-scene"]),
     ("embedded-graphics", &["crates/sonel-drawing"]),

@@ -22,7 +22,7 @@ pub fn targets(tree: &Tree) -> Vec<Finding> {
 const OWN_SAMPLES: &str = "xtask/src/tidy/links.rs";
 
 /// Targets of `[text](target)` in this repository, without anchors.
-fn links(line: &str) -> Vec<&str> {
+pub fn links(line: &str) -> Vec<&str> {
     let targets = line.split("](").skip(1).filter_map(|rest| rest.split_once(')').map(|(target, _)| target));
     targets
         .map(|target| target.split('#').next().unwrap_or_default())
@@ -41,7 +41,7 @@ fn mentions(line: &str) -> impl Iterator<Item = &str> {
 }
 
 /// `link` as seen from the page `from`, as a path from the root.
-fn resolve(from: &str, link: &str) -> String {
+pub fn resolve(from: &str, link: &str) -> String {
     let mut parts: Vec<&str> = from.split('/').collect();
     parts.pop();
     for part in link.trim_end_matches('/').split('/') {

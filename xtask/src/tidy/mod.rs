@@ -4,7 +4,7 @@
 
 mod circles;
 mod layering;
-mod links;
+pub mod links;
 mod modules;
 mod paths;
 mod purity;

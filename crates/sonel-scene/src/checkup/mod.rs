@@ -34,8 +34,10 @@ pub struct Checkup {
     pub warnings: Vec<String>,
     /// Faults of the mesh with their places: one sentence each.
     pub faults: Vec<String>,
-    /// Defaults taken, repairs made: one sentence each.
+    /// Repairs made, what else is of note: one sentence each.
     pub notes: Vec<String>,
+    /// Defaults taken: one sentence each ([`crate::folded`] makes one of them).
+    pub defaults: Vec<String>,
     /// Repairs of the mesh, of those notes and faults.
     pub repairs: Vec<String>,
     /// The room, where its walls could be read.
@@ -124,7 +126,7 @@ fn checked(attempt: Attempt) -> Checkup {
     let repaired = attempt.geometry.as_ref().map(|geometry| Repaired::of(geometry, names(&attempt)));
     let mut faults =
         attempt.geometry.as_ref().map_or(Vec::new(), |geometry| faults::of(geometry, &attempt.scene));
-    let Remarks { notes, faults: marked, repairs, warnings } = attempt.remarks;
+    let Remarks { notes, defaults: taken, faults: marked, repairs, warnings } = attempt.remarks;
     let repairs = repairs.into_iter().map(|index| notes[index].clone()).collect();
     let (of_mesh, notes): (Vec<_>, Vec<_>) =
         notes.into_iter().enumerate().partition(|(index, _)| marked.contains(index));
@@ -132,12 +134,24 @@ fn checked(attempt: Attempt) -> Checkup {
     let leak = attempt.geometry.as_ref().map_or(String::new(), leak);
     let told = |note: &String| !leak.is_empty() && note.ends_with(&leak);
     faults.extend(of_mesh.into_iter().map(|(_, note)| note).filter(|note| !told(note)));
-    let mut notes: Vec<String> = notes.into_iter().map(|(_, note)| note).collect();
+    let (defaults, notes): (Vec<_>, Vec<_>) = notes.into_iter().partition(|(index, _)| taken.contains(index));
+    let [defaults, mut notes]: [Vec<String>; 2] =
+        [defaults, notes].map(|notes| notes.into_iter().map(|(_, note)| note).collect());
     let sound = attempt.geometry.as_ref().filter(|_| attempt.problems.is_empty());
     notes.extend(sound.into_iter().flat_map(|geometry| scattering::advice(&attempt.scene, geometry)));
     let traceable = attempt.geometry.filter(|_| attempt.problems.is_empty());
     let traceable = traceable.map(|geometry| (attempt.scene, geometry));
-    Checkup { problems: attempt.problems, warnings, faults, notes, repairs, room, repaired, traceable }
+    Checkup {
+        problems: attempt.problems,
+        warnings,
+        faults,
+        notes,
+        defaults,
+        repairs,
+        room,
+        repaired,
+        traceable,
+    }
 }
 
 /// Names of the materials, then of those that the scene lacks.

@@ -93,7 +93,7 @@ impl MaterialSources {
                     said += &format!("; {what} held constant at {held} Hz");
                 }
             }
-            report.note(said);
+            report.default(said);
             let source = borrowed.source.take().map_or(String::new(), |source| source + "; ");
             borrowed.source = Some(format!("{source}{name}: {}", found.source));
         }

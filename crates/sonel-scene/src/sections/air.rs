@@ -94,7 +94,7 @@ pub(crate) fn read(document: &Table<'_>, report: &mut Report<'_>) -> AirChoice {
     let mut choice =
         AirChoice { air: Air::default(), speed_of_sound: None, gradient: None, attenuates: true };
     let Some(section) = document.get("air") else {
-        report.note("air: 20 °C, 50 %, 101.325 kPa (default)");
+        report.default("air: 20 °C, 50 %, 101.325 kPa (default)");
         return choice;
     };
     let Some(table) = section.table(report) else { return choice };

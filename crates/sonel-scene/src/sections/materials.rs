@@ -164,7 +164,7 @@ fn read_one(
         (None, Some((entry, values))) => scattering_of(&entry, &values, &absorption, bands, report),
         (None, None) if borrowed.scattering.is_some() => borrowed.scattering.unwrap_or_default(),
         (None, None) => {
-            report.note(format!("{}: {DEFAULT_SCATTERING} (default)", table.path_of("scattering")));
+            report.default(format!("{}: {DEFAULT_SCATTERING} (default)", table.path_of("scattering")));
             vec![DEFAULT_SCATTERING; count]
         }
     };

@@ -81,7 +81,7 @@ fn read_source(
         .and_then(|entry| Some(bands.per_band(&entry, &entry.number_or_list(report)?, report)))
         .unwrap_or_else(|| vec![DEFAULT_POWER_LEVEL_DB; bands.bands.count()]);
     if table.get("power_level_db").is_none() {
-        report.note(format!("{}: {DEFAULT_POWER_LEVEL_DB} dB (default)", table.path_of("power_level_db")));
+        report.default(format!("{}: {DEFAULT_POWER_LEVEL_DB} dB (default)", table.path_of("power_level_db")));
     }
     let aim = read_direction(table, "aim", report);
     let directivity = read_directivity(table, bands, up, aim, open, report);
@@ -199,7 +199,7 @@ pub(crate) fn read_names(kind: &str, tables: &[Table<'_>], report: &mut Report<'
         let name = given.map_or_else(|| format!("{kind} {}", i + 1), str::to_owned);
         let path = table.path_of("name");
         if entry.is_none() {
-            report.note(format!("{path}: \"{name}\" (default)"));
+            report.default(format!("{path}: \"{name}\" (default)"));
         }
         if let Some(first) = first_use.get(&name) {
             let at = entry.map_or(table.at, |entry| entry.at);

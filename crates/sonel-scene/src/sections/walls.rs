@@ -26,8 +26,8 @@ const SHOEBOX_WALLS: [&str; 6] = ["x0", "x1", "y0", "y1", "z0", "z1"];
 const SHOEBOX_MATERIAL: &str = "walls";
 
 /// Units of a mesh file and their length [m].
-pub(crate) const UNITS: [(&str, f64); 5] =
-    [("m", 1.0), ("mm", 0.001), ("cm", 0.01), ("in", 0.0254), ("ft", 0.3048)];
+pub(crate) const UNITS: [(&str, f64); 6] =
+    [("m", 1.0), ("mm", 0.001), ("cm", 0.01), ("dm", 0.1), ("in", 0.0254), ("ft", 0.3048)];
 
 /// The walls, the digest of what they were read from and where the file names them.
 pub(crate) struct Walls {

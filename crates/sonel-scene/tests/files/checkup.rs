@@ -3,7 +3,7 @@
 use std::io;
 
 use sonel_scene::checkup::{Checkup, check};
-use sonel_scene::{Draft, draft, load};
+use sonel_scene::{Draft, DraftOptions, Purpose, draft, draft_shoebox, load};
 use sonel_testkit::meshes::{self, Triangle, room};
 
 const SCENE: &str = "mesh = \"room.obj\"\nduration_s = 1\n[bands]\ncenter_frequencies_hz = [125, 1000]\n[air]\nspeed_of_sound = 343.0\n\
@@ -299,8 +299,8 @@ fn drafts_are_scenes_in_every_format() {
                 bytes.clone()
             })
         };
-        let Draft { text, warnings } =
-            draft(name, "a \"room\"", &mut open).unwrap_or_else(|errors| panic!("{name}: {errors}"));
+        let Draft { text, warnings, .. } = draft(name, "a \"room\"", &DraftOptions::default(), &mut open)
+            .unwrap_or_else(|errors| panic!("{name}: {errors}"));
         assert!(warnings.is_empty(), "{warnings:?}");
         let loaded = load(&text, "scene.toml", &mut open).unwrap_or_else(|errors| panic!("{text}\n{errors}"));
         assert_eq!((loaded.scene.sources.len(), loaded.scene.receivers.len()), (1, 1), "{text}");
@@ -310,9 +310,10 @@ fn drafts_are_scenes_in_every_format() {
             assert!(text.contains("[materials.\"Strange \\\\name\"]\nabsorption = 0.1 "), "{text}");
         }
     }
-    let errors = draft("a.stl", "a", &mut |_| Ok(b"solid".to_vec())).unwrap_err();
+    let none = DraftOptions::default();
+    let errors = draft("a.stl", "a", &none, &mut |_| Ok(b"solid".to_vec())).unwrap_err();
     assert_eq!(errors.to_string(), "a.stl: the mesh has no face; export polygons");
-    assert!(draft("a.stl", "a", &mut |_| Err(io::ErrorKind::NotFound.into())).is_err());
+    assert!(draft("a.stl", "a", &none, &mut |_| Err(io::ErrorKind::NotFound.into())).is_err());
 }
 
 /// A room 3 m high whose file has y up, read with z up: its floor stands, and a place in the axes of the plan is outside.
@@ -356,14 +357,91 @@ fn room_middle() -> [f64; 3] {
     })
 }
 
-/// STL knows no unit: `new` says what a checkup says.
+/// The room in another unit, drafted.
+fn drafted_in(length: f64, options: &DraftOptions<'_>) -> Result<Draft, String> {
+    let scaled = |corner: [f64; 3]| corner.map(|x| x / length);
+    let triangles: Vec<Triangle> =
+        empty().into_iter().map(|(corners, name)| (corners.map(scaled), name)).collect();
+    let draft = draft("a.obj", "a", options, &mut |_| Ok(meshes::obj(&triangles)));
+    draft.map_err(|errors| errors.to_string())
+}
+
+/// 10 × 7 × 3 m: as many centimetres are a room in no other unit, as many decimetres or millimetres may be a hall.
 #[test]
-fn a_draft_warns_of_a_mesh_in_millimetres() {
-    let triangles: Vec<Triangle> = empty()
-        .into_iter()
-        .map(|(corners, name)| (corners.map(|corner| corner.map(|x| 1000.0 * x)), name))
-        .collect();
-    let Draft { warnings, .. } = draft("a.obj", "a", &mut |_| Ok(meshes::obj(&triangles))).unwrap();
-    assert!(warnings.iter().any(|warning| warning.contains("implausibly large")), "{warnings:?}");
-    assert!(warnings[0].contains("\"mm\" makes it"), "{warnings:?}");
+fn a_draft_finds_the_unit_or_asks_for_it() {
+    let none = DraftOptions::default();
+    let metres = drafted_in(1.0, &none).unwrap();
+    assert!(
+        !metres.text.contains("mesh_unit")
+            && metres.notes.contains(&"unit: m, which makes a room of 10 × 7 × 3 m".into())
+    );
+    for (length, unit, other) in [
+        (0.1, "dm (10 × 7 × 3 m)", "m (100 × 70 × 30 m)"),
+        (0.001, "mm (10 × 7 × 3 m)", "cm (100 × 70 × 30 m)"),
+    ] {
+        let asked = drafted_in(length, &none).unwrap_err();
+        assert!(asked.contains(unit) && asked.contains(other) && asked.contains("--unit"), "{asked}");
+    }
+    let stated = drafted_in(0.001, &DraftOptions { unit: Some("mm"), ..none }).unwrap();
+    assert!(stated.text.contains("mesh_unit = \"mm\"\n") && stated.warnings.is_empty(), "{}", stated.text);
+    let vast = drafted_in(1e-5, &none).unwrap();
+    assert!(vast.warnings.iter().any(|warning| warning.contains("implausibly large")), "{:?}", vast.warnings);
+}
+
+/// The room with y up, under names and without.
+#[test]
+fn a_draft_recognises_y_up_and_a_room_upside_down() {
+    let turned = |name: fn(bool, f64) -> &'static str, turn: fn([f64; 3]) -> [f64; 3]| {
+        let triangles: Vec<Triangle> = room()[..12]
+            .iter()
+            .map(|(corners, _)| {
+                let is_level = corners.iter().all(|corner| (corner[2] - corners[0][2]).abs() < 1e-9);
+                (corners.map(turn), name(is_level, corners[0][2]))
+            })
+            .collect();
+        draft("a.obj", "a", &DraftOptions::default(), &mut |_| Ok(meshes::obj(&triangles))).unwrap()
+    };
+    let named = |is_level: bool, height: f64| match (is_level, height > 1.0) {
+        (false, _) => "walls",
+        (true, false) => "Floor_1",
+        (true, true) => "ceiling",
+    };
+    let upright = turned(named, |[x, y, z]| [x, z, -y]);
+    assert!(upright.text.contains("mesh_up = \"y\"\n"), "{}", upright.text);
+    assert!(upright.notes.iter().any(|note| note.starts_with("up: y, as \"")), "{:?}", upright.notes);
+    assert!(upright.warnings.is_empty(), "{:?}", upright.warnings);
+    let over = turned(named, |[x, y, z]| [x, -y, -z]);
+    assert!(
+        !over.text.contains("mesh_up") && over.warnings[0].contains("above the ceiling"),
+        "{:?}",
+        over.warnings
+    );
+    let nameless = turned(|_, _| "paint", |[x, y, z]| [x, z, -y]);
+    assert!(nameless.text.contains("mesh_up = \"y\"\n"), "{}", nameless.text);
+    assert!(nameless.notes.iter().any(|note| note.contains("a guess")), "{:?}", nameless.notes);
+}
+
+#[test]
+fn a_drafted_shoebox_is_a_scene_with_a_target_and_materials_to_choose_from() {
+    for purpose in Purpose::ALL.map(Some).into_iter().chain([None]) {
+        let options = DraftOptions { purpose, ..DraftOptions::default() };
+        let Draft { text, warnings, notes } = draft_shoebox([9.0, 7.0, 3.0], &options).unwrap();
+        assert!(
+            warnings.is_empty() && notes.len() == usize::from(purpose.is_some()),
+            "{warnings:?} {notes:?}"
+        );
+        let loaded = load(&text, "scene.toml", &mut |_| panic!("no mesh")).unwrap();
+        assert_eq!((loaded.scene.sources.len(), loaded.scene.receivers.len()), (1, 3));
+        // Every entry that is offered is one.
+        let other = text.replace("\nlibrary", "\n# library").replace(
+            "# library = \"ceiling-mineral-tile-suspended",
+            "library = \"ceiling-mineral-tile-suspended",
+        );
+        let other = other
+            .replace("# library = \"carpet-thin", "library = \"carpet-thin")
+            .replace("# library = \"panel-fabric", "library = \"panel-fabric");
+        assert!(load(&other, "scene.toml", &mut |_| panic!("no mesh")).is_ok(), "{other}");
+    }
+    assert!(draft_shoebox([9.0, -7.0, 3.0], &DraftOptions::default()).is_err());
+    assert!(draft_shoebox([f64::NAN, 7.0, 3.0], &DraftOptions::default()).is_err());
 }

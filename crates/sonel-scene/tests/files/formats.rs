@@ -6,7 +6,7 @@ use glam::{DVec3, dvec3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use sonel_scene::checkup::check;
-use sonel_scene::{Draft, Loaded, Scene, SceneErrors, draft, load};
+use sonel_scene::{Draft, DraftOptions, Loaded, Scene, SceneErrors, draft, load};
 use sonel_testkit::meshes::{self, Triangle, room};
 
 /// A scene with the given mesh and two materials.
@@ -310,7 +310,7 @@ proptest! {
         }
         // Neither a checkup nor a draft asks more of a mesh.
         prop_assert!(check(&scene(name, ""), "scene.toml", &mut |_| Ok(bytes.clone())).is_ok());
-        if let Ok(Draft { text, .. }) = draft(name, name, &mut |_| Ok(bytes.clone())) {
+        if let Ok(Draft { text, .. }) = draft(name, name, &DraftOptions::default(), &mut |_| Ok(bytes.clone())) {
             // A room of implausible size has no default duration.
             let text = format!("duration_s = 1\n{text}");
             prop_assert!(load(&text, "scene.toml", &mut |_| Ok(bytes.clone())).is_ok(), "{}", text);

@@ -159,7 +159,9 @@ fn the_digest_of_the_scene_leaves_out_the_name_of_its_mesh() {
 
 #[test]
 fn units_scale_the_mesh() {
-    for (unit, length) in [("m", 1.0), ("mm", 0.001), ("cm", 0.01), ("in", 0.0254), ("ft", 0.3048)] {
+    for (unit, length) in
+        [("m", 1.0), ("dm", 0.1), ("mm", 0.001), ("cm", 0.01), ("in", 0.0254), ("ft", 0.3048)]
+    {
         let text = format!(
             "mesh = \"m.obj\"\nmesh_unit = \"{unit}\"\nduration_s = 1\nmaterials.w.absorption = 0.1\n\
              sources = [{{ position = [0, 0, 100] }}]"

@@ -16,13 +16,12 @@ impl Traced {
         let counts: Vec<String> =
             counts.filter(|(_, count)| *count > 0).map(|(name, count)| format!("{count} {name}")).collect();
         format!(
-            "{}: {} packets in {} segments, {} vertices stored; {}\n\
+            "{}: {} packets, {} sonels stored; packets {}\n\
              energy ledger: largest relative residual {:.1e}\neffects:\n{}\n\
              {:.2} s ({:.2} CPU seconds)",
             header.scene.name,
             fates.total(),
-            self.ledger.segments,
-            self.map.sonels().vertex_count(),
+            self.map.sonels().sonel_count(),
             counts.join(", "),
             self.ledger.worst_residual(),
             effects(header),

@@ -149,7 +149,7 @@ pub fn text(walked: &WalkedMap) -> String {
     }
     line(
         "stored",
-        &format!("{} paths, {} vertices, {} bytes", map.path_count(), map.vertex_count(), map.byte_length()),
+        &format!("{} packets, {} sonels, {} bytes", map.path_count(), map.sonel_count(), map.byte_length()),
     );
     let fates: Vec<String> =
         Fate::ALL.iter().map(|&fate| format!("{} {}", ledger.fates.count(fate), fate.name())).collect();
@@ -193,7 +193,7 @@ fn deposits(walked: &WalkedMap) -> String {
     let materials = &walked.map.header().scene.materials;
     let mut surfaces: Vec<(usize, &Deposit)> = walked.survey.surfaces.iter().enumerate().collect();
     surfaces.sort_by(|a, b| mean(&b.1.absorbed).total_cmp(&mean(&a.1.absorbed)).then(a.0.cmp(&b.0)));
-    let _ = writeln!(text, "\n   surface      hits  incident  absorbed  material, mean over bands");
+    let _ = writeln!(text, "\n   surface    sonels  incident  absorbed  material, mean over bands");
     for &(index, deposit) in surfaces.iter().take(LISTED) {
         let surface = &walked.geometry.surfaces()[index];
         let _ = writeln!(
@@ -205,7 +205,7 @@ fn deposits(walked: &WalkedMap) -> String {
         );
     }
     omitted(&mut text, surfaces.len(), "surfaces");
-    let _ = writeln!(text, "\n     order      hits  incident  absorbed");
+    let _ = writeln!(text, "\n     order    sonels  incident  absorbed");
     for (order, deposit) in walked.survey.orders.iter().enumerate().take(LISTED) {
         let _ = writeln!(text, "{order:>10}  {}", columns(deposit));
     }

@@ -1,25 +1,11 @@
-//! A first scene file for a mesh: every material found, the nearest library entry, a source and a receiver in the room.
+//! Library entries proposed for a name, and others to choose from.
 
 use std::fmt::Write;
-use std::io;
 
-use glam::DVec3;
-use sonel_geometry::Geometry;
-
-use crate::document::{quoted, quoted_key};
-use crate::formats;
+use crate::document::quoted_key;
 use crate::library::{LibraryEntry, shipped};
-use crate::load::attempt;
-use crate::notation::number;
 use crate::words::words;
-use crate::{Place, Problem, SceneErrors};
 
-/// Positions at which a source and a receiver are tried, as shares of the room's extents: off the middle, where modes and images coincide, first.
-const SHARES: [f64; 7] = [0.3, 0.7, 0.5, 0.2, 0.8, 0.4, 0.6];
-/// Height of a source above the lowest point [m] (ISO 3382-1: 1.5 m), then as [`SHARES`].
-const SOURCE_HEIGHT: f64 = 1.5;
-/// Height of a receiver above the lowest point [m]: the ears of a seated listener (ISO 3382-1: 1.2 m), then as [`SHARES`].
-const RECEIVER_HEIGHT: f64 = 1.2;
 /// Plain entries for names with all these words, the first that fits.
 const ORDINARY: [(&[&str], &str); 30] = [
     (&["curtain", "wall"], "glass-pane-thick"),
@@ -60,70 +46,75 @@ const ABSORBING: f64 = 0.3;
 const PLACES: [(&[&str], &str); 3] =
     [(&["floor"], "floor-concrete"), (&["ceiling"], "plaster-painted"), (&["wall"], "plaster-painted")];
 
-/// A first scene file.
-#[derive(Debug)]
-pub struct Draft {
-    /// Text of the scene file.
-    pub text: String,
-    /// Likely mistakes of the mesh, as in a checkup: one sentence each.
-    pub warnings: Vec<String>,
+/// Entries for floors, ceilings, walls and seats, a usual one first: what a designer changes.
+pub(super) const FLOORS: &[&str] = &[
+    "floor-linoleum",
+    "floor-concrete",
+    "floor-parquet",
+    "carpet-thin",
+    "carpet-heavy-on-concrete",
+    "chairs-wooden",
+    "audience-1",
+];
+pub(super) const CEILINGS: &[&str] = &[
+    "plaster-painted",
+    "plasterboard-ceiling",
+    "plasterboard-perforated-16",
+    "ceiling-mineral-tile-fixed",
+    "ceiling-mineral-tile-suspended",
+];
+pub(super) const WALLS: &[&str] = &[
+    "plaster-painted",
+    "concrete-block-painted",
+    "plasterboard-13mm-empty",
+    "wood-lining-12mm",
+    "glass-window",
+    "panel-fabric-96kg",
+];
+const SEATS: &[&str] = &["chairs-light", "chairs-wooden", "chairs-medium", "audience-wooden-2", "audience"];
+
+/// The line `library = …` of an entry, and the other ones of a list as comments, each with α at 500 Hz.
+pub(super) fn choices(chosen: &str, list: &[&str]) -> String {
+    let mut text = String::new();
+    let others = list.iter().filter(|name| **name != chosen).map(|name| (*name, "# "));
+    for (name, mark) in std::iter::once((chosen, "")).chain(others) {
+        let Some(entry) = shipped().iter().find(|entry| entry.name == name) else { continue };
+        let _ = writeln!(text, "{mark}library = \"{name}\"    # {}", described(entry));
+    }
+    text
 }
 
-/// A scene file for the mesh at `path`, relative to the scene file; `open` opens it and what lies beside it.
-///
-/// # Errors
-/// What is wrong with the mesh, or that no free place for a source was found.
-pub fn draft(
-    path: &str,
-    name: &str,
-    open: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
-) -> Result<Draft, SceneErrors> {
-    let whole = |message: String| {
-        let place = Place { file: path.to_owned(), line: 0, column: 1 };
-        SceneErrors { problems: vec![Problem { place, message }] }
-    };
-    let bytes = open(path).map_err(|error| whole(format!("cannot be read: {error}")))?;
-    let polygons = formats::read(path, &bytes, open).map_err(|problems| SceneErrors {
-        problems: problems
-            .into_iter()
-            .map(|problem| Problem {
-                place: Place { file: path.to_owned(), line: problem.line, column: 1 },
-                message: problem.message,
-            })
-            .collect(),
-    })?;
-    let mut names: Vec<&str> = polygons.names.iter().map(|name| name.name.as_str()).collect();
-    names.sort_unstable();
-    let mut text = format!("name = {}\nmesh = {}\n", quoted(name), quoted(path));
-    let tables: String = names.iter().map(|name| table(name)).collect();
-    // Read once without positions: where the room is decides them.
-    let tried = attempt(&format!("{text}{tables}"), path, open)?;
-    let unfit = |problem: &Problem| problem.place.line != 1 || !problem.message.starts_with("sources");
-    let problems: Vec<Problem> = tried.problems.into_iter().filter(unfit).collect();
-    let Some(geometry) = tried.geometry.filter(|_| problems.is_empty()) else {
-        return Err(SceneErrors { problems });
-    };
-    for warning in &tried.remarks.warnings {
-        let _ = writeln!(text, "# {warning}");
-    }
-    let up = tried.scene.up;
-    let source = free_place(&geometry, up, SOURCE_HEIGHT, &[])
-        .ok_or_else(|| whole("no free place for a source".to_owned()))?;
-    let receiver = free_place(&geometry, up, RECEIVER_HEIGHT, &[source]);
-    text += &tables;
-    let _ = write!(text, "\n[[sources]]\nname = \"source\"\nposition = {}\n", vector(source));
-    if let Some(receiver) = receiver {
-        let _ = write!(text, "\n[[receivers]]\nname = \"receiver\"\nposition = {}\n", vector(receiver));
-    }
-    Ok(Draft { text, warnings: tried.remarks.warnings })
+/// An entry in words, with α at 500 Hz.
+fn described(entry: &LibraryEntry) -> String {
+    let absorption = entry.absorption.as_ref().map_or(0.0, |octaves| octaves.at(500.0).0);
+    format!("{}, α {absorption:.2} at 500 Hz", entry.text)
 }
 
-/// The table of a material with an entry for its name.
-fn table(name: &str) -> String {
+/// The list of what may be put in the place of a material, by its words and the kind of its entry.
+fn alternatives(words: &[String], entry: &LibraryEntry) -> &'static [&'static str] {
+    let has = |wanted: &str| words.iter().any(|word| word == wanted);
+    match entry.group.as_str() {
+        _ if has("ceiling") || entry.group == "ceiling" => CEILINGS,
+        _ if has("floor") => FLOORS,
+        "floor" | "carpet" => FLOORS,
+        "seating" | "audience" => SEATS,
+        _ if has("wall") => WALLS,
+        "masonry" | "plaster" | "plasterboard" => WALLS,
+        _ => &[],
+    }
+}
+
+/// The table of a material with an entry for its name, and others to choose from.
+pub(super) fn table(name: &str) -> String {
     let head = format!("\n[materials.{}]\n", quoted_key(name));
     let words = words(name);
     let line = |entry: &LibraryEntry, guess: &str| {
-        format!("{head}library = \"{}\"    # {guess}{}\n", entry.name, entry.text)
+        let mut lines = format!("{head}library = \"{}\"    # {guess}{}\n", entry.name, described(entry));
+        // The first line is that of the entry itself.
+        for other in choices(&entry.name, alternatives(&words, entry)).lines().skip(1) {
+            let _ = writeln!(lines, "{other}");
+        }
+        lines
     };
     match nearest(&words) {
         Some(entry) if is_guess(entry, &words) => {
@@ -174,37 +165,6 @@ fn listed(rows: &[(&[&str], &str)], words: &[String]) -> Option<&'static Library
     shipped().iter().find(|entry| entry.name == *found)
 }
 
-/// A free place at a height [m] over the lowest point, or somewhere in between; `taken` are the positions of sources.
-fn free_place(geometry: &Geometry, up: DVec3, height: f64, taken: &[DVec3]) -> Option<DVec3> {
-    let (low, high) = geometry.bounds();
-    let extents = high - low;
-    let tall = extents.dot(up);
-    let heights =
-        [height].into_iter().filter(|height| *height < tall).chain(SHARES.map(|share| share * tall));
-    let far_enough =
-        |place: &DVec3| taken.iter().all(|taken| taken.distance(*place) > 0.1 * extents.max_element());
-    let is_free = |place: &DVec3| {
-        let is_in_room = !geometry.is_closed_room() || geometry.contains(*place);
-        is_in_room && far_enough(place) && geometry.check_place(*place, taken).is_ok()
-    };
-    // The first coordinate across changes slowest, so that source and receiver stand apart.
-    let places = heights.flat_map(|height| {
-        SHARES
-            .into_iter()
-            .flat_map(move |first| SHARES.into_iter().map(move |second| (height, first, second)))
-    });
-    let place = |(height, first, second): (f64, f64, f64)| {
-        let across = DVec3::new(first, if up == DVec3::Y { first } else { second }, second) * extents;
-        let level = across - across.dot(up) * up + height * up;
-        ((low + level) * 100.0).round() / 100.0
-    };
-    places.map(place).find(is_free)
-}
-
-fn vector(point: DVec3) -> String {
-    format!("[{}]", point.to_array().map(number).join(", "))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -213,7 +173,7 @@ mod tests {
     fn proposed(name: &str) -> String {
         let table = table(name);
         let guess = if table.contains("# guess") { "?" } else { "" };
-        let value = table.lines().last().unwrap().split(['=', '#']).nth(1).unwrap();
+        let value = table.lines().nth(2).unwrap().split(['=', '#']).nth(1).unwrap();
         format!("{guess}{}", value.trim().trim_matches('"'))
     }
 
@@ -277,9 +237,10 @@ mod tests {
 
     #[test]
     fn every_listed_entry_is_in_the_library() {
-        for (words, entry) in ORDINARY.iter().chain(&PLACES) {
+        let listed = ORDINARY.iter().chain(&PLACES).map(|(_, entry)| entry);
+        for entry in listed.chain([FLOORS, CEILINGS, WALLS, SEATS].into_iter().flatten()) {
             let found = shipped().iter().find(|shipped| shipped.name == *entry);
-            assert!(found.is_some_and(|found| found.absorption.is_some()), "{words:?}: {entry}");
+            assert!(found.is_some_and(|found| found.absorption.is_some()), "{entry}");
         }
     }
 }

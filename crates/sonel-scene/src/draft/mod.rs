@@ -1,0 +1,153 @@
+//! A first scene file for a mesh or a rectangular room: materials with entries to choose from, a source, receivers, a target.
+
+mod axes;
+mod proposal;
+mod purpose;
+mod shoebox;
+
+use std::fmt::Write;
+use std::io;
+
+use glam::DVec3;
+use sonel_geometry::Geometry;
+
+use crate::document::quoted;
+use crate::formats;
+use crate::load::attempt;
+use crate::notation::number;
+use crate::scene::default_duration;
+use crate::{Place, Problem, Scene, SceneErrors};
+use proposal::table;
+pub use purpose::Purpose;
+pub use shoebox::draft_shoebox;
+
+/// Positions at which a source and a receiver are tried, as shares of the room's extents: off the middle, where modes and images coincide, first.
+const SHARES: [f64; 7] = [0.3, 0.7, 0.5, 0.2, 0.8, 0.4, 0.6];
+/// Height of a source above the lowest point [m] (ISO 3382-1: 1.5 m), then as [`SHARES`].
+const SOURCE_HEIGHT: f64 = 1.5;
+/// Height of a receiver above the lowest point [m]: the ears of a seated listener (ISO 3382-1: 1.2 m), then as [`SHARES`].
+const RECEIVER_HEIGHT: f64 = 1.2;
+/// A first scene file.
+#[derive(Debug)]
+pub struct Draft {
+    /// Text of the scene file.
+    pub text: String,
+    /// Likely mistakes of the mesh, as in a checkup: one sentence each.
+    pub warnings: Vec<String>,
+    /// Unit, upward axis and target, and why: one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// What is known of a room before its scene file.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DraftOptions<'a> {
+    /// What the room is for: it has a target then.
+    pub purpose: Option<Purpose>,
+    /// Unit of the mesh, as `mesh_unit`; by default what the file says or its sizes tell.
+    pub unit: Option<&'a str>,
+    /// Upward axis of the mesh, as `mesh_up`; by default what the file says or its materials tell.
+    pub up: Option<&'a str>,
+}
+
+/// A scene file for the mesh at `path`, relative to the scene file; `open` opens it and what lies beside it.
+///
+/// # Errors
+/// What is wrong with the mesh, that its sizes fit several units, or that no free place for a source was found.
+pub fn draft(
+    path: &str,
+    name: &str,
+    options: &DraftOptions<'_>,
+    open: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
+) -> Result<Draft, SceneErrors> {
+    let whole = |message: String| {
+        let place = Place { file: path.to_owned(), line: 0, column: 1 };
+        SceneErrors { problems: vec![Problem { place, message }] }
+    };
+    let bytes = open(path).map_err(|error| whole(format!("cannot be read: {error}")))?;
+    let polygons = formats::read(path, &bytes, open).map_err(|problems| SceneErrors {
+        problems: problems
+            .into_iter()
+            .map(|problem| Problem {
+                place: Place { file: path.to_owned(), line: problem.line, column: 1 },
+                message: problem.message,
+            })
+            .collect(),
+    })?;
+    let axes::Axes { keys, mut notes, mut warnings } = axes::find(&polygons, options).map_err(whole)?;
+    let mut names: Vec<&str> = polygons.names.iter().map(|name| name.name.as_str()).collect();
+    names.sort_unstable();
+    let mut text = format!("name = {}\nmesh = {}\n{keys}", quoted(name), quoted(path));
+    let tables: String = names.iter().map(|name| table(name)).collect();
+    // Read once without positions: where the room is decides them.
+    let tried = attempt(&format!("{text}{tables}"), path, open)?;
+    let unfit = |problem: &Problem| problem.place.line != 1 || !problem.message.starts_with("sources");
+    let problems: Vec<Problem> = tried.problems.into_iter().filter(unfit).collect();
+    let Some(geometry) = tried.geometry.filter(|_| problems.is_empty()) else {
+        return Err(SceneErrors { problems });
+    };
+    warnings.extend(tried.remarks.warnings);
+    let mut head =
+        "# Written by sonel-trace new: check what is marked as a guess. Keys: docs/formats/scene.md\n"
+            .to_owned();
+    if let (Some(purpose), Some(volume)) = (options.purpose, geometry.volume()) {
+        notes.push(format!("target: {}", purpose.target(volume)));
+    } else if options.purpose.is_some() {
+        warnings.push("no target: the mesh is not a closed room and has no volume".to_owned());
+    }
+    for line in notes.iter().chain(&warnings) {
+        let _ = writeln!(head, "# {line}");
+    }
+    text += &duration(&tried.scene, &geometry);
+    let up = tried.scene.up;
+    let source = free_place(&geometry, up, SOURCE_HEIGHT, &[])
+        .ok_or_else(|| whole("no free place for a source".to_owned()))?;
+    let receiver = free_place(&geometry, up, RECEIVER_HEIGHT, &[source]);
+    text += &tables;
+    let _ = write!(text, "\n[[sources]]\nname = \"source\"\nposition = {}\n", vector(source));
+    if let Some(receiver) = receiver {
+        let _ = write!(text, "\n[[receivers]]\nname = \"receiver\"\nposition = {}\n", vector(receiver));
+    }
+    Ok(Draft { text: head + &text, warnings, notes })
+}
+
+/// The key `duration_s` as a comment, for it has a default; and Sabine's time of the materials, where there is one.
+fn duration(scene: &Scene, geometry: &Geometry) -> String {
+    let longest = scene.largest_sabine_time(geometry).filter(|_| geometry.is_closed_room());
+    longest.map_or_else(String::new, |time| {
+        format!(
+            "# duration_s = {:.2}    # length of the echograms [s]; without it, until the decay at the receivers has fallen by 50 dB. Longest Sabine time of these materials: {time:.2} s\n",
+            default_duration(time)
+        )
+    })
+}
+
+/// A free place at a height [m] over the lowest point, or somewhere in between; `taken` are the positions of sources.
+fn free_place(geometry: &Geometry, up: DVec3, height: f64, taken: &[DVec3]) -> Option<DVec3> {
+    let (low, high) = geometry.bounds();
+    let extents = high - low;
+    let tall = extents.dot(up);
+    let heights =
+        [height].into_iter().filter(|height| *height < tall).chain(SHARES.map(|share| share * tall));
+    let far_enough =
+        |place: &DVec3| taken.iter().all(|taken| taken.distance(*place) > 0.1 * extents.max_element());
+    let is_free = |place: &DVec3| {
+        let is_in_room = !geometry.is_closed_room() || geometry.contains(*place);
+        is_in_room && far_enough(place) && geometry.check_place(*place, taken).is_ok()
+    };
+    // The first coordinate across changes slowest, so that source and receiver stand apart.
+    let places = heights.flat_map(|height| {
+        SHARES
+            .into_iter()
+            .flat_map(move |first| SHARES.into_iter().map(move |second| (height, first, second)))
+    });
+    let place = |(height, first, second): (f64, f64, f64)| {
+        let across = DVec3::new(first, if up == DVec3::Y { first } else { second }, second) * extents;
+        let level = across - across.dot(up) * up + height * up;
+        ((low + level) * 100.0).round() / 100.0
+    };
+    places.map(place).find(is_free)
+}
+
+fn vector(point: DVec3) -> String {
+    format!("[{}]", point.to_array().map(number).join(", "))
+}
