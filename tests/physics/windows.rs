@@ -24,7 +24,7 @@ fn a_window_far_away_is_heard_with_few_sonels() {
     let rendering = traced.render(RenderSettings::default());
     for (index, (receiver, radius)) in [(NEAR, 0.7), (FAR, 1.5)].into_iter().enumerate() {
         let (value, sigma) = batch_fluence(&rendering, index, 0);
-        let counted = WINDOW.fluence(receiver, radius, 150_000);
+        let counted = WINDOW.fluence(receiver, radius, 300_000);
         let within = Within { sigmas: 4.0, maximal_sigma: 0.06 * value };
         let found = Estimate { value, sigma };
         assert!(sigma < 0.03 * value, "{receiver:?}: {found:?}");
