@@ -523,7 +523,10 @@ mod tests {
         std::fs::write(path("a.sonelmap"), OLD).unwrap();
         std::fs::write(path("scene.toml"), "shoebox = [1, 2, 3]").unwrap();
         std::fs::hard_link(path("a.sonelmap"), path("link.sonelmap")).unwrap();
-        for target in ["a.sonelmap", "sub/../a.sonelmap", "link.sonelmap"] {
+        // Elsewhere a second name of a file is another file, which a new one replaces; the first name keeps the old one.
+        let knows_links = cfg!(all(unix, not(sonel_portable)));
+        let same = ["a.sonelmap", "sub/../a.sonelmap", "link.sonelmap"];
+        for target in same.into_iter().filter(|name| knows_links || *name != "link.sonelmap") {
             let error = Output::create(&path(target), Kind::MAP, &[path("a.sonelmap")]).unwrap_err();
             assert!(error.to_string().contains("is an input of this command"), "{target}: {error}");
         }
