@@ -10,7 +10,7 @@ use clap::ValueEnum;
 use xtask::workspace;
 
 use crate::{
-    attack, cluster, container, dist, documentation, measured, portable, python_package, site, view,
+    attack, cluster, container, dist, documentation, fuzz, measured, portable, python_package, site, view,
 };
 
 /// A part of what is run.
@@ -38,6 +38,8 @@ pub enum Part {
     Measured,
     /// Programs killed, short of disk and memory, with damaged inputs
     Attack,
+    /// Readers of files under a fuzzer, ten minutes each
+    Fuzz,
     /// Statistical runs
     Tests,
 }
@@ -46,7 +48,7 @@ pub enum Part {
 pub fn run(part: Option<Part>) -> Result<()> {
     // What it needs where something of it cannot run.
     type Run = fn() -> Result<Option<&'static str>>;
-    let parts: [(Part, Run); 12] = [
+    let parts: [(Part, Run); 13] = [
         (Part::Documentation, || documentation::check().map(|()| None)),
         (Part::Packages, packages),
         (Part::Cluster, cluster::accept),
@@ -58,6 +60,7 @@ pub fn run(part: Option<Part>) -> Result<()> {
         (Part::View, view::accept),
         (Part::Measured, || measured::accept().map(|()| None)),
         (Part::Attack, || attack::accept().map(|()| None)),
+        (Part::Fuzz, fuzz::accept),
         (Part::Tests, || tests().map(|()| None)),
     ];
     let mut left_out = Vec::new();

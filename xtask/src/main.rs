@@ -10,6 +10,7 @@ mod container;
 mod demo;
 mod dist;
 mod documentation;
+mod fuzz;
 mod measured;
 mod pages;
 mod portable;
@@ -51,6 +52,14 @@ enum Chore {
     },
     /// Make a release in target/dist: static programs, wheel, sources, checksums
     Dist,
+    /// Fuzz readers of files with a nightly compiler and cargo-fuzz
+    Fuzz {
+        /// Seconds for each reader
+        #[arg(long, default_value_t = fuzz::SECONDS)]
+        seconds: u32,
+        /// Readers (fuzz/fuzz_targets); all without one
+        readers: Vec<String>,
+    },
     /// Test the Python package sonel against the programs
     PythonPackage,
     /// Check the Python reader of maps against sonel-render
@@ -75,6 +84,7 @@ fn main() -> ExitCode {
         Chore::Cluster => cluster::check(),
         Chore::Demo { paper } => demo::run(paper),
         Chore::Dist => dist::make(),
+        Chore::Fuzz { seconds, readers } => fuzz::run(seconds, &readers),
         Chore::PythonPackage => python_package::check(),
         Chore::PythonReader => python_reader::check(),
         Chore::Site => site::build(),
