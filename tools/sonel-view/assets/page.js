@@ -53,7 +53,7 @@ function highlight(delay) {
   if (delay === shown.delay || !chart.data) return;
   shown.delay = delay;
   view.pick(delay);
-  const curve = delay === null ? -1 : chart.data.findIndex((trace) => trace.x.some((x) => Math.abs(x - delay) < 1e-3));
+  const curve = delay === null ? -1 : chart.data.findIndex((trace) => trace.x?.some((x) => Math.abs(x - delay) < 1e-3));
   if (curve < 0) return Plotly.Fx.unhover?.(chart);
   Plotly.Fx.hover(chart, [{ curveNumber: curve, pointNumber: chart.data[curve].x.findIndex((x) => Math.abs(x - delay) < 1e-3) }]);
 }

@@ -60,10 +60,34 @@ fn column(series: &Series, of: impl Fn(&sonel_drawing::plot::Point) -> f64) -> V
     series.points.iter().map(|point| rounded(of(point))).collect()
 }
 
+/// Fewest points of a line at equal distances that are stated by the first and their distance.
+const MANY: usize = 50;
+
+/// A trace with the abscissas `x`: each of them, or first and distance of many at equal distances.
+fn at(x: &[f64], mut trace: Value) -> Value {
+    let step =
+        x.last().zip(x.first()).map_or(0.0, |(last, first)| (last - first) / (x.len().max(2) - 1) as f64);
+    let is_even = |(index, value): (usize, &f64)| (value - x[0] - step * index as f64).abs() < 1e-3 * step;
+    if x.len() >= MANY && x.iter().enumerate().all(is_even) {
+        (trace["x0"], trace["dx"]) = (json!(x[0]), json!(step));
+    } else {
+        trace["x"] = x.iter().map(|x| rounded(*x)).collect();
+    }
+    trace
+}
+
+/// An ordinate: a hundredth of what has two digits before the point is more than a screen shows.
+fn ordinate(value: f64) -> Value {
+    if value.abs() < 10.0 { rounded(value) } else { json!((value * 1e2).round() / 1e2) }
+}
+
 fn traces(series: &Series, color: &str, floor: f64) -> Vec<Value> {
-    let (x, y) = (column(series, |point| point.x), column(series, |point| point.y));
+    let x: Vec<f64> = series.points.iter().map(|point| point.x).collect();
+    let y: Vec<Value> = series.points.iter().map(|point| ordinate(point.y)).collect();
     let name = escaped(&series.name);
-    let mut line = json!({ "type": "scatter", "name": name, "legendgroup": name, "x": x, "y": y, "line": { "color": color } });
+    let line =
+        json!({ "type": "scatter", "name": name, "legendgroup": name, "y": y, "line": { "color": color } });
+    let mut line = at(&x, line);
     line["mode"] = json!(match series.mark {
         Mark::Line | Mark::Dashed => "lines",
         Mark::Points | Mark::Stems => "markers",
@@ -98,12 +122,13 @@ fn band(series: &Series, color: &str, floor: f64) -> [Value; 2] {
     let intervals = series.points.iter().filter_map(|point| Some((point.x, point.interval?)));
     let seen: Vec<(f64, [f64; 2])> = intervals.filter(|(_, [_, high])| high.is_finite()).collect();
     let edge = |index: usize, fill: &str| {
-        let y: Vec<Value> = seen.iter().map(|(_, interval)| rounded(interval[index].max(floor))).collect();
-        let x: Vec<Value> = seen.iter().map(|(x, _)| rounded(*x)).collect();
-        json!({
-            "type": "scatter", "mode": "lines", "x": x, "y": y, "fill": fill, "fillcolor": format!("{color}33"),
+        let y: Vec<Value> = seen.iter().map(|(_, interval)| ordinate(interval[index].max(floor))).collect();
+        let x: Vec<f64> = seen.iter().map(|(x, _)| *x).collect();
+        let line = json!({
+            "type": "scatter", "mode": "lines", "y": y, "fill": fill, "fillcolor": format!("{color}33"),
             "line": { "width": 0, "color": color }, "legendgroup": escaped(&series.name), "showlegend": false, "hoverinfo": "skip",
-        })
+        });
+        at(&x, line)
     };
     [edge(0, "none"), edge(1, "tonexty")]
 }
