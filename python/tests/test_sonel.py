@@ -531,6 +531,48 @@ def test_scenes_and_responses_are_pickled_and_copied(scene, room):
         assert copy.deepcopy(one) is one and copy.copy(one) is one
 
 
+def test_a_with_statement_closes_what_it_opened(mapped, tmp_path):
+    path = tmp_path / "own.sonelmap"
+    path.write_bytes(mapped.read_bytes())
+
+    def is_open():
+        return str(path) in Path("/proc/self/maps").read_text()
+
+    with sonel.Scene.load(SHOEBOX) as scene, sonel.Map.load(path) as room:
+        assert is_open() and scene.sources
+        with room.render(SEATS) as response:
+            energy = response.energy
+            total = energy.sum()
+    assert not is_open()
+    assert energy.sum() == total
+    made = sonel.Scene.shoebox([4, 3, 2.5], 0.2, sources=[1, 1, 1])
+    made.close()
+    made.close()
+    uses = [
+        lambda: scene.toml,
+        lambda: scene.sources,
+        lambda: sonel.trace(scene, packets=1),
+        lambda: made.with_materials(0.3),
+        lambda: room.digest,
+        lambda: room.render(SEATS),
+        lambda: response.keys(),
+        lambda: response.parameters(),
+        lambda: response.energy,
+        lambda: pickle.dumps(room),
+        lambda: pickle.dumps(made),
+        lambda: response.__enter__(),
+    ]
+    for use in uses:
+        with pytest.raises(sonel.Error, match=r"this sonel\.(Scene|Map|Response) is closed: use it within"):
+            use()
+    assert [repr(one) for one in (scene, room, response)] == [f"<sonel.{kind}, closed>" for kind in ("Scene", "Map", "Response")]
+    with pytest.raises(AttributeError, match="'Scene' object has no attribute 'size'"):
+        _ = sonel.Scene.load(SHOEBOX).size
+    with pytest.raises(RuntimeError), sonel.Map.load(path) as room:
+        raise RuntimeError
+    assert not is_open()
+
+
 def test_the_stubs_name_what_is_compiled():
     stubs = ast.parse((Path(sonel.__file__).parent / "_sonel.pyi").read_text())
     named = {}

@@ -51,6 +51,7 @@ _KEYS += [f"arrival_{name}" for name in ("source", "receiver", "time_s", "energy
 _KEYS += ["metadata_json"]
 
 _Loaded = TypeVar("_Loaded")
+_Entered = TypeVar("_Entered", bound="_Managed")
 
 _LOGGER = logging.getLogger("sonel")
 
@@ -69,7 +70,38 @@ def _loaded(load: Callable[[str], _Loaded], path: str) -> _Loaded:
         raise
 
 
-class Scene:
+class _Managed:
+    """What a `with` statement closes at its end, by leaving go of everything that it holds."""
+
+    def close(self) -> None:
+        """Releases memory, and the file of a map; any use after that is an `Error`. Arrays of a response stay readable."""
+        self.__dict__.clear()
+
+    def __enter__(self: _Entered) -> _Entered:
+        """Itself; the `with` statement ends with `close`."""
+        if not self.__dict__:
+            raise self._closed()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """As `close`."""
+        self.close()
+
+    def _closed(self) -> Error:
+        kind = type(self).__name__
+        return Error(f"this sonel.{kind} is closed: use it within its with statement, or make it again")
+
+    # Type checkers shall go on to name attributes that there are not.
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Attributes of a closed object."""
+            if name in ("_inner", "_origin") and not self.__dict__:
+                raise self._closed()
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+
+class Scene(_Managed):
     """A room with materials, sources and receivers, read and checked.
 
     Made by `Scene.load`, `Scene.shoebox` or `Scene.from_mesh`. Positions are in metres, in the axes of the mesh.
@@ -281,6 +313,8 @@ class Scene:
         return _drawing.table(["", "name", "x [m]", "y [m]", "z [m]"], rows, f"Scene {self.name}: {', '.join(self.materials)}")
 
     def __repr__(self) -> str:
+        if not self.__dict__:
+            return "<sonel.Scene, closed>"
         return f"<sonel.Scene {self.name!r}: {len(self.sources)} sources, {len(self.receivers)} receivers>"
 
 
@@ -438,7 +472,7 @@ def dataset(
     )
 
 
-class Map:
+class Map(_Managed):
     """Where sound went in a room: paths in a file, from which any receivers are rendered. Made by `trace` or `Map.load`."""
 
     def __init__(self, inner: _sonel.Map) -> None:
@@ -622,10 +656,12 @@ class Map:
         return self._inner.seed
 
     def __repr__(self) -> str:
+        if not self.__dict__:
+            return "<sonel.Map, closed>"
         return f"<sonel.Map of {self._inner.scene_name!r}: {self.packets} packets per source, seed {self.seed}>"
 
 
-class Response:
+class Response(_Managed):
     """Echograms of S sources at R receivers in B bands and T time bins. Made by `Map.render` or `Response.load`.
 
     Arrays are read-only views of the response's own memory. `response[key]` is the array that docs/formats/response.md calls so;
@@ -873,6 +909,8 @@ class Response:
         return _drawing.table(head, rows, f"{self!r} at {self.center_frequencies[band]:g} Hz"[1:].replace(">", "", 1))
 
     def __repr__(self) -> str:
+        if not self.__dict__:
+            return "<sonel.Response, closed>"
         s, r, b, t = self.energy.shape
         return f"<sonel.Response: {s} sources, {r} receivers, {b} bands, {t} time bins>"
 
