@@ -6,6 +6,7 @@
 import ast
 import copy
 import gc
+import inspect
 import json
 import logging
 import multiprocessing
@@ -571,6 +572,39 @@ def test_a_with_statement_closes_what_it_opened(mapped, tmp_path):
     with pytest.raises(RuntimeError), sonel.Map.load(path) as room:
         raise RuntimeError
     assert not is_open()
+
+
+def _sections(text):
+    """Sections of a docstring of numpydoc: names and types at the margin, in order."""
+    lines = inspect.cleandoc(text).splitlines()
+    titles = [at - 1 for at, line in enumerate(lines) if line and not line.strip("-") and len(line) == len(lines[at - 1])]
+    ends = [*titles[1:], len(lines)]
+    sections = {lines[at]: lines[at + 2 : end] for at, end in zip(titles, ends)}
+    for title, body in sections.items():
+        margin = [at for at, line in enumerate(body) if line and not line.startswith(" ")]
+        assert margin and all(body[at + 1].startswith("    ") for at in margin), (title, body)
+        sections[title] = [name for at in margin for name in body[at].split(", ")] if title == "Parameters" else [body[at] for at in margin]
+    return sections
+
+
+def test_docstrings_have_the_sections_of_numpydoc():
+    functions = {name: getattr(sonel, name) for name in sonel.__all__ if inspect.isfunction(getattr(sonel, name))}
+    for kind in (sonel.Scene, sonel.Map, sonel.Response):
+        members = inspect.getmembers(kind, lambda member: inspect.isfunction(member) or inspect.ismethod(member))
+        functions |= {f"{kind.__name__}.{name}": member for name, member in members if not name.startswith("_")}
+    assert len(functions) > 30
+    stars = {inspect.Parameter.VAR_KEYWORD: "**", inspect.Parameter.VAR_POSITIONAL: "*"}
+    for name, function in functions.items():
+        signature = inspect.signature(function)
+        parameters = [stars.get(one.kind, "") + one.name for one in signature.parameters.values() if one.name != "self"]
+        sections = _sections(function.__doc__)
+        assert sections.pop("Parameters", []) == parameters, name
+        assert sections.pop("Raises", []) == (["Error"] if parameters else []), name
+        returned = [kind for title in ("Returns", "Yields") for kind in sections.pop(title, [])]
+        assert len(returned) == (signature.return_annotation not in (None, "None")), name
+        assert not sections, name
+    with pytest.raises(AssertionError):
+        _sections("Text.\n\nParameters\n----------\none\ntwo\n    Of two.")
 
 
 def test_the_stubs_name_what_is_compiled():
