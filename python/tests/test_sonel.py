@@ -6,6 +6,7 @@
 import ast
 import copy
 import gc
+import inspect
 import json
 import logging
 import multiprocessing
@@ -529,6 +530,81 @@ def test_scenes_and_responses_are_pickled_and_copied(scene, room):
     assert again.energy.tobytes() == response.energy.tobytes() and again.receivers == response.receivers
     for one in (scene, made, room, response):
         assert copy.deepcopy(one) is one and copy.copy(one) is one
+
+
+def test_a_with_statement_closes_what_it_opened(mapped, tmp_path):
+    path = tmp_path / "own.sonelmap"
+    path.write_bytes(mapped.read_bytes())
+
+    def is_open():
+        return str(path) in Path("/proc/self/maps").read_text()
+
+    with sonel.Scene.load(SHOEBOX) as scene, sonel.Map.load(path) as room:
+        assert is_open() and scene.sources
+        with room.render(SEATS) as response:
+            energy = response.energy
+            total = energy.sum()
+    assert not is_open()
+    assert energy.sum() == total
+    made = sonel.Scene.shoebox([4, 3, 2.5], 0.2, sources=[1, 1, 1])
+    made.close()
+    made.close()
+    uses = [
+        lambda: scene.toml,
+        lambda: scene.sources,
+        lambda: sonel.trace(scene, packets=1),
+        lambda: made.with_materials(0.3),
+        lambda: room.digest,
+        lambda: room.render(SEATS),
+        lambda: response.keys(),
+        lambda: response.parameters(),
+        lambda: response.energy,
+        lambda: pickle.dumps(room),
+        lambda: pickle.dumps(made),
+        lambda: response.__enter__(),
+    ]
+    for use in uses:
+        with pytest.raises(sonel.Error, match=r"this sonel\.(Scene|Map|Response) is closed: use it within"):
+            use()
+    assert [repr(one) for one in (scene, room, response)] == [f"<sonel.{kind}, closed>" for kind in ("Scene", "Map", "Response")]
+    with pytest.raises(AttributeError, match="'Scene' object has no attribute 'size'"):
+        _ = sonel.Scene.load(SHOEBOX).size
+    with pytest.raises(RuntimeError), sonel.Map.load(path) as room:
+        raise RuntimeError
+    assert not is_open()
+
+
+def _sections(text):
+    """Sections of a docstring of numpydoc: names and types at the margin, in order."""
+    lines = inspect.cleandoc(text).splitlines()
+    titles = [at - 1 for at, line in enumerate(lines) if line and not line.strip("-") and len(line) == len(lines[at - 1])]
+    ends = [*titles[1:], len(lines)]
+    sections = {lines[at]: lines[at + 2 : end] for at, end in zip(titles, ends)}
+    for title, body in sections.items():
+        margin = [at for at, line in enumerate(body) if line and not line.startswith(" ")]
+        assert margin and all(body[at + 1].startswith("    ") for at in margin), (title, body)
+        sections[title] = [name for at in margin for name in body[at].split(", ")] if title == "Parameters" else [body[at] for at in margin]
+    return sections
+
+
+def test_docstrings_have_the_sections_of_numpydoc():
+    functions = {name: getattr(sonel, name) for name in sonel.__all__ if inspect.isfunction(getattr(sonel, name))}
+    for kind in (sonel.Scene, sonel.Map, sonel.Response):
+        members = inspect.getmembers(kind, lambda member: inspect.isfunction(member) or inspect.ismethod(member))
+        functions |= {f"{kind.__name__}.{name}": member for name, member in members if not name.startswith("_")}
+    assert len(functions) > 30
+    stars = {inspect.Parameter.VAR_KEYWORD: "**", inspect.Parameter.VAR_POSITIONAL: "*"}
+    for name, function in functions.items():
+        signature = inspect.signature(function)
+        parameters = [stars.get(one.kind, "") + one.name for one in signature.parameters.values() if one.name != "self"]
+        sections = _sections(function.__doc__)
+        assert sections.pop("Parameters", []) == parameters, name
+        assert sections.pop("Raises", []) == (["Error"] if parameters else []), name
+        returned = [kind for title in ("Returns", "Yields") for kind in sections.pop(title, [])]
+        assert len(returned) == (signature.return_annotation not in (None, "None")), name
+        assert not sections, name
+    with pytest.raises(AssertionError):
+        _sections("Text.\n\nParameters\n----------\none\ntwo\n    Of two.")
 
 
 def test_the_stubs_name_what_is_compiled():

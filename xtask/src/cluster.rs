@@ -51,6 +51,7 @@ pub fn check() -> Result<()> {
         .context("the workflow's parameters are no JSON")?;
     println!("Snakemake: {SHARDS} shards joined equal the run in one piece, {} bytes", whole.len());
 
+    of_rooms(&programs, &folder)?;
     with_script(&programs, &folder)?;
     ensure!(
         fs::read(folder.join("slurm/map.sonelmap"))? == whole,
@@ -79,6 +80,36 @@ fn snakemake(programs: &Path, folder: &Path) -> Result<Command> {
         "output=snakemake".to_owned(),
     ]);
     Ok(command)
+}
+
+/// What Snakemake plans for a folder of two rooms: for each the files of a single scene. Two rooms of one name are refused.
+fn of_rooms(programs: &Path, folder: &Path) -> Result<()> {
+    for room in ["rooms/first.toml", "rooms/second/scene.toml"] {
+        let file = folder.join(room);
+        fs::create_dir_all(file.parent().context("a file is in a folder")?)?;
+        fs::copy(workspace::root().join(SCENE), file)?;
+    }
+    let plan = |rooms: &str| -> Result<Command> {
+        let mut command = snakemake(programs, folder)?;
+        command.args([rooms, "output=many", "--cores", "2", "--dry-run", "--quiet", "host"]);
+        Ok(command)
+    };
+    let planned = printed(&mut plan("rooms=rooms")?)?;
+    for room in ["first", "second"] {
+        for file in ["parameters.json".to_owned(), format!("shards/{SHARDS}-of-{SHARDS}.sonelmap")] {
+            ensure!(
+                planned.contains(&format!("many/{room}/{file}")),
+                "{room}/{file} is not planned: {planned}"
+            );
+        }
+    }
+    let refused = plan("rooms=[a/first.toml,b/first.toml]")?.current_dir(workspace::root()).output()?;
+    ensure!(
+        !refused.status.success() && String::from_utf8_lossy(&refused.stderr).contains("would both write"),
+        "two rooms of one name are not refused: {refused:?}"
+    );
+    println!("Snakemake: two rooms are planned, each in a folder of its own");
+    Ok(())
 }
 
 /// The script as Slurm calls it: to decide, once for every task of the array, to join.

@@ -1,18 +1,24 @@
 //! Head-related impulse responses from SOFA files of the convention SimpleFreeFieldHRIR [AES69].
 //!
 //! They are the pressure at the ears over that at the centre of the head without the head, and are taken as the file has them: nothing is
-//! normalised, propagation delays that the file holds stay. They are converted to the sample rate of the impulse responses. A direction takes the responses of the
-//! measured direction next to it, at the largest measured distance; nothing is interpolated.
+//! normalised, propagation delays that the file holds stay. They are converted to the sample rate of the impulse responses. A direction takes the weighted
+//! mean of the three measured directions around it ([`crate::triangles`]) at the largest measured distance, delays apart from what is left without them
+//! ([`crate::alignment`]): the time between the ears changes without steps. Where nothing is measured within 30° of an axis of the head,
+//! the axis takes the mean of all measured directions, weighted by 1 / distance⁴.
 //!
 //! References: [AES69] (docs/references.md).
 
 use std::panic::catch_unwind;
 
 use glam::DVec3;
+use rayon::prelude::*;
 use sofar::hdf::parse_with_children;
 use sofar::reader::{OpenOptions, Sofar};
 
+use crate::alignment::Aligned;
 use crate::resampling::resample;
+use crate::transform::Transform;
+use crate::triangles::{Triangles, Weights};
 use crate::{SAMPLE_RATE_HZ, SoundError, stored};
 
 /// Distances closer than this part are one.
@@ -22,6 +28,9 @@ const LONGEST: usize = 1 << 12;
 /// Sample rates that are read [Hz].
 const LOWEST_RATE_HZ: f32 = 8000.0;
 const HIGHEST_RATE_HZ: f32 = 192_000.0;
+
+/// Cosine of 30°, beyond which an axis of the head counts as not measured.
+const MEASURED_COSINE: f64 = 0.866_025_403_784_438_6;
 
 /// What is said of files that the library does not read: damaged ones, and those of HDF5 before 1.8 or since 1.10, in uncompressed or very many
 /// chunks.
@@ -33,13 +42,12 @@ pub fn longest(sample_rate_hz: u32) -> usize {
     (LONGEST * sample_rate_hz as usize).div_ceil(SAMPLE_RATE_HZ as usize)
 }
 
-/// Impulse responses of both ears for many directions.
+/// Impulse responses of both ears for all directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Head {
-    /// Unit vectors towards the sources: x front, y left, z up.
-    directions: Vec<DVec3>,
-    /// Left and right ear for each.
-    taps: Vec<[Vec<f64>; 2]>,
+    /// Left and right ear for each measured direction, and for axes that are not measured.
+    responses: Vec<[Aligned; 2]>,
+    triangles: Triangles,
 }
 
 impl Head {
@@ -60,77 +68,101 @@ impl Head {
         });
         let sofar = opened.unwrap_or_else(|_| Err(UNREAD.to_owned())).map_err(failed)?;
         check(&sofar).map_err(failed)?;
-        let head = Self::of(&sofar, sample_rate_hz)?;
-        let (found, allowed) =
-            (head.taps.iter().flatten().map(Vec::len).max().unwrap_or(0), longest(sample_rate_hz));
-        if found > allowed {
+        let (directions, responses) = measured(&sofar, sample_rate_hz)?;
+        let allowed = longest(sample_rate_hz);
+        let found = responses.iter().flatten().map(|(delay, taps)| delay.round() as usize + taps.len());
+        if let Some(found) = found.max().filter(|found| *found > allowed) {
             return Err(failed(format!(
                 "its responses have {found} samples at {sample_rate_hz} Hz with their delays, {allowed} are allowed"
             )));
         }
-        let is_finite = head.taps.iter().flatten().flatten().all(|tap| tap.is_finite());
-        if head.directions.is_empty() || !is_finite {
+        let is_finite = responses.iter().flatten().flat_map(|(_, taps)| taps).all(|tap| tap.is_finite());
+        if directions.is_empty() || !is_finite || !directions.iter().all(|direction| direction.is_finite()) {
             return Err(failed("a response or position is not finite".to_owned()));
         }
-        Ok(head)
+        let length = responses[0][0].1.len();
+        let transform = Transform::new((2 * length).next_power_of_two());
+        let aligned = |(delay, taps): &(f64, Vec<f64>)| {
+            let aligned = Aligned::new(taps, &transform);
+            Aligned { delay: aligned.delay + delay, ..aligned }
+        };
+        let responses = responses.par_iter().map(|ears| ears.each_ref().map(aligned)).collect();
+        Ok(Self::new(directions, responses))
     }
 
-    /// Responses `taps` at both ears for unit vectors towards the sources.
-    pub(crate) fn of_taps(directions: Vec<DVec3>, taps: Vec<[Vec<f64>; 2]>) -> Self {
-        Self { directions, taps }
-    }
-
-    /// Index of the measured direction next to the unit vector `u`: x front, y left, z up.
-    #[must_use]
-    pub fn nearest(&self, u: DVec3) -> usize {
-        let all = self.directions.iter().enumerate();
-        all.fold((0, f64::NEG_INFINITY), |(nearest, largest), (index, direction)| {
-            let cosine = direction.dot(u);
-            if cosine > largest { (index, cosine) } else { (nearest, largest) }
-        })
-        .0
-    }
-
-    /// Impulse response of a measured direction at the left (0) or right (1) ear.
-    #[must_use]
-    pub fn taps(&self, direction: usize, ear: usize) -> &[f64] {
-        &self.taps[direction][ear]
-    }
-
-    /// Everything at the largest distance.
-    fn of(sofar: &Sofar, sample_rate_hz: u32) -> Result<Self, SoundError> {
-        let hrtf = sofar.hrtf();
-        let places: Vec<DVec3> = hrtf
-            .source_position
-            .values
-            .chunks_exact(3)
-            .map(|place| DVec3::new(f64::from(place[0]), f64::from(place[1]), f64::from(place[2])))
-            .collect();
-        let farthest = places.iter().map(|place| place.length()).fold(0.0, f64::max);
-        // Receiver 0 is the left ear, unless the file has it on the right.
-        let is_swapped =
-            matches!(hrtf.receiver_position.values[..], [_, first, _, _, second, _] if first < second);
-        let rows =
-            converted(&hrtf.data_ir.values, sofar.filter_len(), (hrtf.sample_rate() as u32, sample_rate_hz))?;
-        let (mut directions, mut taps) = (Vec::new(), Vec::new());
-        for (index, place) in places.iter().enumerate() {
-            if place.length() < farthest * (1.0 - SAME_DISTANCE) || farthest <= 0.0 {
+    /// Responses of both ears for unit vectors towards the sources.
+    pub(crate) fn new(mut directions: Vec<DVec3>, mut responses: Vec<[Aligned; 2]>) -> Self {
+        let measured = directions.len();
+        for axis in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z] {
+            if directions[..measured].iter().any(|direction| direction.dot(axis) >= MEASURED_COSINE) {
                 continue;
             }
-            let ear = |ear: usize| {
-                let row = 2 * index + usize::from((ear == 1) != is_swapped);
-                let delays = &hrtf.data_delay.values;
-                let delay = delays.get(row).or(delays.get(row % 2)).map_or(0.0, |delay| f64::from(*delay));
-                let delay = delay.max(0.0) * f64::from(sample_rate_hz) / f64::from(hrtf.sample_rate());
-                let silence =
-                    std::iter::repeat_n(0.0, (delay.round() as usize).min(longest(sample_rate_hz) + 1));
-                silence.chain(rows[row].iter().copied()).collect::<Vec<f64>>()
-            };
-            directions.push(place.normalize());
-            taps.push([ear(0), ear(1)]);
+            let weights: Vec<f64> = directions[..measured]
+                .iter()
+                .map(|direction| direction.distance_squared(axis))
+                .map(|squared| 1.0 / (squared * squared))
+                .collect();
+            let sum: f64 = weights.iter().sum();
+            let mean = [0, 1].map(|ear| {
+                Aligned::mean(weights.iter().zip(&responses).map(|(weight, ears)| (weight / sum, &ears[ear])))
+            });
+            directions.push(axis);
+            responses.push(mean);
         }
-        Ok(Self { directions, taps })
+        Self { triangles: Triangles::new(&directions), responses }
     }
+
+    /// Weights of the directions around the unit vector `u`: x front, y left, z up.
+    pub(crate) fn weights(&self, u: DVec3) -> Weights {
+        self.triangles.weights(u)
+    }
+
+    /// Impulse response of these weights at the left (0) or right (1) ear.
+    pub(crate) fn weighted(&self, weights: &Weights, ear: usize) -> Aligned {
+        Aligned::mean(weights.iter().map(|(index, weight)| (*weight, &self.responses[*index][ear])))
+    }
+
+    /// Impulse response for the unit vector `u` towards the source, x front, y left, z up, at the left (0) or right (1) ear.
+    #[must_use]
+    pub fn response(&self, u: DVec3, ear: usize) -> Aligned {
+        self.weighted(&self.weights(u), ear)
+    }
+}
+
+/// Delay [samples] and taps at the left and the right ear.
+type Ears = [(f64, Vec<f64>); 2];
+
+/// Unit vectors towards the sources at the largest distance, x front, y left, z up, and their responses.
+fn measured(sofar: &Sofar, sample_rate_hz: u32) -> Result<(Vec<DVec3>, Vec<Ears>), SoundError> {
+    let hrtf = sofar.hrtf();
+    let places: Vec<DVec3> = hrtf
+        .source_position
+        .values
+        .chunks_exact(3)
+        .map(|place| DVec3::new(f64::from(place[0]), f64::from(place[1]), f64::from(place[2])))
+        .collect();
+    let farthest = places.iter().map(|place| place.length()).fold(0.0, f64::max);
+    // Receiver 0 is the left ear, unless the file has it on the right.
+    let is_swapped =
+        matches!(hrtf.receiver_position.values[..], [_, first, _, _, second, _] if first < second);
+    let rows =
+        converted(&hrtf.data_ir.values, sofar.filter_len(), (hrtf.sample_rate() as u32, sample_rate_hz))?;
+    let (mut directions, mut responses) = (Vec::new(), Vec::new());
+    for (index, place) in places.iter().enumerate() {
+        if place.length() < farthest * (1.0 - SAME_DISTANCE) || farthest <= 0.0 {
+            continue;
+        }
+        let ear = |ear: usize| {
+            let row = 2 * index + usize::from((ear == 1) != is_swapped);
+            let delays = &hrtf.data_delay.values;
+            let delay = delays.get(row).or(delays.get(row % 2)).map_or(0.0, |delay| f64::from(*delay));
+            let delay = delay.max(0.0) * f64::from(sample_rate_hz) / f64::from(hrtf.sample_rate());
+            (delay, rows[row].clone())
+        };
+        directions.push(place.normalize());
+        responses.push([ear(0), ear(1)]);
+    }
+    Ok((directions, responses))
 }
 
 /// Silence between responses that are converted together [samples].
@@ -198,25 +230,25 @@ mod tests {
     /// Two cardioids in 26 directions, 64 samples: an ear towards a source has a pulse of 1 + ½ cos at sample 32 − 16 cos of the angle to its axis.
     const FILE: &[u8] = include_bytes!("../tests/cardioid-head.sofa");
 
-    fn peak(taps: &[f64]) -> (usize, f64) {
+    /// Sample and value of the largest tap.
+    fn peak(response: &Aligned) -> (usize, f64) {
+        let taps = &response.taps;
         let at = (0..taps.len()).max_by(|a, b| taps[*a].abs().total_cmp(&taps[*b].abs())).unwrap();
-        (at, taps[at])
+        ((response.delay.round() as isize + response.first + at as isize) as usize, taps[at])
     }
 
     #[test]
-    fn ears_have_the_responses_of_the_nearest_direction() {
+    fn ears_have_the_responses_of_measured_directions() {
         let head = Head::read(FILE, SAMPLE_RATE_HZ).unwrap();
         let half = 0.5_f64.sqrt();
         for (u, left, right) in [
             (DVec3::X, (32, 1.0), (32, 1.0)),
             (DVec3::Y, (16, 1.5), (48, 0.5)),
             (DVec3::NEG_Y, (48, 0.5), (16, 1.5)),
-            (DVec3::new(0.1, 0.05, 0.99).normalize(), (32, 1.0), (32, 1.0)),
             (DVec3::new(half, half, 0.0), (21, 1.0 + 0.5 * half), (43, 1.0 - 0.5 * half)),
         ] {
-            let index = head.nearest(u);
             for (ear, expected) in [left, right].into_iter().enumerate() {
-                let found = peak(head.taps(index, ear));
+                let found = peak(&head.response(u, ear));
                 assert!(found.0 == expected.0 && (found.1 - expected.1).abs() < 1e-6, "{u} {ear}: {found:?}");
             }
         }
@@ -228,10 +260,10 @@ mod tests {
     fn another_rate_keeps_spectrum_and_time() {
         for rate in [8000, 16_000, 44_100, 96_000, 192_000] {
             let head = Head::read(FILE, rate).unwrap();
-            let taps = head.taps(head.nearest(DVec3::Y), 0);
-            let sum: f64 = taps.iter().sum();
+            let response = head.response(DVec3::Y, 0);
+            let sum: f64 = response.taps.iter().sum();
             assert!((sum / 1.5 - 1.0).abs() < 0.023, "{rate} Hz: {sum}");
-            let off = peak(taps).0 as f64 / f64::from(rate) - 1.0 / 3000.0;
+            let off = peak(&response).0 as f64 / f64::from(rate) - 1.0 / 3000.0;
             assert!(off.abs() < 1.0 / f64::from(rate), "{rate} Hz: {off} s");
         }
     }

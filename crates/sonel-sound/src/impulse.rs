@@ -7,12 +7,14 @@
 //! |P|² does not depend on the rate. To convert a response to another rate like a recording changes it by the ratio of the rates: 9.5 dB from 48 to
 //! 16 kHz. So it is made at the rate that is wanted; bands above half of it are left out.
 
+use std::borrow::Cow;
 use std::sync::OnceLock;
 
 use glam::DVec3;
 use realfft::num_complex::Complex;
 use sonel_echogram::Response;
 
+use crate::alignment::Aligned;
 use crate::ambisonics::{Frame, channels};
 use crate::crossover::{Crossover, NARROW};
 use crate::fractional::Table;
@@ -45,6 +47,28 @@ impl Default for SoundSettings {
 
 /// How far a listener may be beyond the receivers [m].
 const MARGIN: f64 = 1.0;
+
+/// A delay and taps through which a pulse goes.
+pub(crate) struct Filter<'t> {
+    /// [samples].
+    delay: f64,
+    /// Place of the first tap [samples].
+    first: isize,
+    taps: Cow<'t, [f64]>,
+}
+
+impl<'t> Filter<'t> {
+    /// A gain alone.
+    pub(crate) fn gain(gain: &'t f64) -> Self {
+        Self { delay: 0.0, first: 0, taps: Cow::Borrowed(std::slice::from_ref(gain)) }
+    }
+}
+
+impl From<Aligned> for Filter<'_> {
+    fn from(Aligned { delay, first, taps }: Aligned) -> Self {
+        Self { delay, first, taps: Cow::Owned(taps) }
+    }
+}
 
 /// Makes impulse responses of one response.
 pub struct Synthesizer<'a> {
@@ -89,7 +113,7 @@ impl<'a> Synthesizer<'a> {
     /// When listed arrivals are not part of the echogram.
     pub fn impulse_response(&self, s: usize, r: usize) -> Result<Vec<f32>, SoundError> {
         let pulses = self.pulses((s, r))?;
-        Ok(self.filtered(&pulses, &self.rounds(&pulses), |_| &[1.0]))
+        Ok(self.filtered(&pulses, &self.rounds(&pulses), |_| Filter::gain(&1.0)))
     }
 
     /// The same at every microphone of an array about the receiver. Late sound of a response with directions reaches them from those.
@@ -102,7 +126,7 @@ impl<'a> Synthesizer<'a> {
         let rounds = self.rounds(&pulses);
         let of_microphone = |microphone: &Microphone| {
             let pulses = microphones::displaced(&pulses, microphone, self.response.speed_of_sound)?;
-            Ok(self.filtered(&pulses, &rounds, |_| &[1.0]))
+            Ok(self.filtered(&pulses, &rounds, |_| Filter::gain(&1.0)))
         };
         array.iter().map(of_microphone).collect()
     }
@@ -122,14 +146,12 @@ impl<'a> Synthesizer<'a> {
         let gains: Vec<Vec<f64>> = pulses.direction.iter().map(|u| frame.gains(order, *u)).collect();
         let rounds = self.rounds(&pulses);
         Ok((0..channels(order))
-            .map(|channel| {
-                self.filtered(&pulses, &rounds, |pulse| std::slice::from_ref(&gains[pulse][channel]))
-            })
+            .map(|channel| self.filtered(&pulses, &rounds, |pulse| Filter::gain(&gains[pulse][channel])))
             .collect())
     }
 
     /// The same at the left and the right ear of a `head` that looks to the front, with `up` a unit vector: every pulse through the responses of
-    /// the direction next to its own.
+    /// its direction, between the measured ones around it.
     ///
     /// # Errors
     /// The errors of [`Self::ambisonics`].
@@ -140,10 +162,10 @@ impl<'a> Synthesizer<'a> {
         up: DVec3,
     ) -> Result<Vec<Vec<f32>>, SoundError> {
         let (pulses, frame) = self.directed_pulses((s, r), up)?;
-        let nearest: Vec<usize> = pulses.direction.iter().map(|u| head.nearest(frame.local(*u))).collect();
+        let weights: Vec<_> = pulses.direction.iter().map(|u| head.weights(frame.local(*u))).collect();
         let rounds = self.rounds(&pulses);
         Ok((0..2)
-            .map(|ear| self.filtered(&pulses, &rounds, |pulse| head.taps(nearest[pulse], ear)))
+            .map(|ear| self.filtered(&pulses, &rounds, |pulse| head.weighted(&weights[pulse], ear).into()))
             .collect())
     }
 
@@ -176,8 +198,9 @@ impl<'a> Synthesizer<'a> {
 
     /// Gains that match the pressure with the response; none where they are not asked for. They are those of the pressure in all channels.
     fn rounds(&self, pulses: &Pulses) -> Vec<Gains> {
-        let rounds =
-            |matching: &Matching| matching.rounds(&self.transform, pulses, self.spectrum(pulses, |_| &[1.0]));
+        let rounds = |matching: &Matching| {
+            matching.rounds(&self.transform, pulses, self.spectrum(pulses, |_| Filter::gain(&1.0)))
+        };
         self.matching.as_ref().map(rounds).unwrap_or_default()
     }
 
@@ -187,14 +210,14 @@ impl<'a> Synthesizer<'a> {
         pressure[self.padding..self.padding + self.samples].iter().map(|value| *value as f32).collect()
     }
 
-    /// The sum of all pulses, each with the taps of a filter, matched.
+    /// The sum of all pulses, each through a filter, matched.
     fn filtered<'t>(
         &self,
         pulses: &Pulses,
         rounds: &[Gains],
-        taps_of: impl Fn(usize) -> &'t [f64],
+        filter_of: impl Fn(usize) -> Filter<'t>,
     ) -> Vec<f32> {
-        let mut spectrum = self.spectrum(pulses, taps_of);
+        let mut spectrum = self.spectrum(pulses, filter_of);
         for (matching, gains) in
             self.matching.iter().flat_map(|one| rounds.iter().map(move |gains| (one, gains)))
         {
@@ -203,27 +226,30 @@ impl<'a> Synthesizer<'a> {
         self.pressure(spectrum)
     }
 
-    /// Spectrum of the sum of all pulses, each with the taps of a filter, in their bands.
-    pub(crate) fn spectrum<'t>(&self, pulses: &Pulses, taps_of: impl Fn(usize) -> &'t [f64]) -> Spectrum {
+    /// Spectrum of the sum of all pulses, each through a filter, in their bands.
+    pub(crate) fn spectrum<'t>(&self, pulses: &Pulses, filter_of: impl Fn(usize) -> Filter<'t>) -> Spectrum {
         let bands = self.response.bands();
         let mut trains = vec![self.transform.silence(); bands];
         let mut order: Vec<usize> = (0..pulses.time.len()).collect();
         order.sort_by_key(|pulse| pulses.shape[*pulse]);
         // All pulses of a shape, and from where on.
-        let mut sum = Vec::new();
+        let (mut sum, mut filters) = (Vec::new(), Vec::new());
         for alike in order.chunk_by(|a, b| pulses.shape[*a] == pulses.shape[*b]) {
-            let place = |pulse: usize| pulses.time[pulse] * f64::from(self.settings.sample_rate_hz);
-            let begin =
-                alike.iter().map(|pulse| place(*pulse)).fold(f64::INFINITY, f64::min).floor() as isize;
-            let begin = begin + 1 - fractional::HALF as isize;
+            filters.clear();
+            filters.extend(alike.iter().map(|pulse| filter_of(*pulse)));
+            let place = |(pulse, filter): (&usize, &Filter<'_>)| {
+                pulses.time[*pulse] * f64::from(self.settings.sample_rate_hz) + filter.delay
+            };
+            let begins = alike.iter().zip(&filters).map(|both| place(both).floor() as isize + both.1.first);
+            let begin = begins.min().unwrap_or(0) + 1 - fractional::HALF as isize;
             sum.clear();
-            for &pulse in alike {
+            for (&pulse, filter) in alike.iter().zip(&filters) {
                 // Those of late sound are too many to be exact.
-                let at = place(pulse);
+                let at = place((&pulse, filter));
                 let (first, mut values) =
                     if pulse < pulses.listed { fractional::pulse(at) } else { self.table.pulse(at) };
                 values.iter_mut().for_each(|value| *value *= pulses.gain[pulse]);
-                let (first, taps) = ((first - begin) as usize, taps_of(pulse));
+                let (first, taps) = ((first + filter.first - begin) as usize, &filter.taps);
                 let end = first + values.len() + taps.len() - 1;
                 sum.resize(sum.len().max(end), 0.0);
                 for (at, tap) in taps.iter().enumerate() {

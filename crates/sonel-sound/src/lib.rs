@@ -12,6 +12,7 @@
 //! The Fourier transforms are `realfft`'s, whose last bits depend on the processor. The same command gives the same bytes on one
 //! machine, with any number of threads; between machines samples agree to the rounding of 32-bit numbers.
 
+pub mod alignment;
 pub mod ambisonics;
 pub mod convolution;
 pub mod crossover;
@@ -31,9 +32,11 @@ pub mod resampling;
 mod sphere;
 mod stored;
 mod transform;
+mod triangles;
 mod walk;
 pub mod wav;
 
+pub use alignment::Aligned;
 pub use convolution::convolve;
 pub use error::SoundError;
 pub use head::Head;

@@ -20,7 +20,7 @@ use sonel_echogram::Response;
 use crate::ambisonics::{Frame, channels};
 use crate::crossover::{Crossover, NARROW};
 use crate::fractional::{HALF, Table};
-use crate::impulse::{SoundSettings, Synthesizer};
+use crate::impulse::{Filter, SoundSettings, Synthesizer};
 use crate::microphones::{self, Microphone};
 use crate::path::Path;
 use crate::pulses::Pulses;
@@ -334,7 +334,7 @@ impl Walk<'_> {
         };
         let of_channel = |channel: usize| {
             let mut spectrum =
-                self.synthesizer.spectrum(&pulses, |pulse| std::slice::from_ref(&gains[pulse][channel]));
+                self.synthesizer.spectrum(&pulses, |pulse| Filter::gain(&gains[pulse][channel]));
             if let Some(equalizer) = equalizer {
                 spectrum = through(&spectrum, equalizer);
             }

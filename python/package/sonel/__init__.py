@@ -51,6 +51,7 @@ _KEYS += [f"arrival_{name}" for name in ("source", "receiver", "time_s", "energy
 _KEYS += ["metadata_json"]
 
 _Loaded = TypeVar("_Loaded")
+_Entered = TypeVar("_Entered", bound="_Managed")
 
 _LOGGER = logging.getLogger("sonel")
 
@@ -69,7 +70,38 @@ def _loaded(load: Callable[[str], _Loaded], path: str) -> _Loaded:
         raise
 
 
-class Scene:
+class _Managed:
+    """What a `with` statement closes at its end, by leaving go of everything that it holds."""
+
+    def close(self) -> None:
+        """Releases memory, and the file of a map; any use after that is an `Error`. Arrays of a response stay readable."""
+        self.__dict__.clear()
+
+    def __enter__(self: _Entered) -> _Entered:
+        """Itself; the `with` statement ends with `close`."""
+        if not self.__dict__:
+            raise self._closed()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """As `close`."""
+        self.close()
+
+    def _closed(self) -> Error:
+        kind = type(self).__name__
+        return Error(f"this sonel.{kind} is closed: use it within its with statement, or make it again")
+
+    # Type checkers shall go on to name attributes that there are not.
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Attributes of a closed object."""
+            if name in ("_inner", "_origin") and not self.__dict__:
+                raise self._closed()
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+
+class Scene(_Managed):
     """A room with materials, sources and receivers, read and checked.
 
     Made by `Scene.load`, `Scene.shoebox` or `Scene.from_mesh`. Positions are in metres, in the axes of the mesh.
@@ -92,7 +124,23 @@ class Scene:
 
     @classmethod
     def load(cls, path: _Path) -> Scene:
-        """The scene in a file `scene.toml` (docs/formats/scene.md) and the mesh that it names."""
+        """The scene in a file (docs/formats/scene.md) and the mesh that it names.
+
+        Parameters
+        ----------
+        path
+            A file `scene.toml`.
+
+        Returns
+        -------
+        Scene
+            The scene, read and checked.
+
+        Raises
+        ------
+        Error
+            A file that is missing (also a FileNotFoundError), damaged or invalid.
+        """
         path = os.path.abspath(os.fspath(path))
         return cls(_loaded(lambda name: _sonel.Scene.load(name, _LOGGER.log), path), (cls.load, (path,)))
 
@@ -108,15 +156,31 @@ class Scene:
     ) -> Scene:
         """A rectangular room with one corner at the origin.
 
-        size: inner lengths [x, y, z] [m].
-        materials: one absorption coefficient (0 … 1) or library entry for all walls, or a mapping from "walls", "x0", "x1",
-            "y0", "y1", "z0", "z1" to materials ("x0" is the wall at x = 0). A material is a number, the name of a library
-            entry, or a mapping with the keys of [materials.NAME], such as {"absorption": [0.1, …], "scattering": 0.3};
-            one number, or one per band.
-        sources: positions [m], shape [3] or [S, 3], or a mapping from names to positions or to mappings with the keys of
-            [[sources]], such as {"stage": {"position": [2, 2, 1.5], "power_level_db": 94}}.
-        receivers: likewise, [3] or [R, 3]; they can also be given to `Map.render`.
-        keys: other keys of the scene file: name, duration_s [s], bands, air, …
+        Parameters
+        ----------
+        size
+            Inner lengths [x, y, z] [m].
+        materials
+            One absorption coefficient (0 … 1) or library entry for all walls, or a mapping from "walls", "x0", "x1", "y0", "y1", "z0", "z1"
+            to materials ("x0" is the wall at x = 0). A material is a number, the name of a library entry, or a mapping with the keys of
+            [materials.NAME], such as {"absorption": [0.1, …], "scattering": 0.3}; one number, or one per band.
+        sources
+            Positions [m], shape [3] or [S, 3], or a mapping from names to positions or to mappings with the keys of [[sources]], such as
+            {"stage": {"position": [2, 2, 1.5], "power_level_db": 94}}.
+        receivers
+            Likewise, [3] or [R, 3]; they can also be given to `Map.render`.
+        **keys
+            Other keys of the scene file: name, duration_s [s], bands, air, …
+
+        Returns
+        -------
+        Scene
+            The scene, checked.
+
+        Raises
+        ------
+        Error
+            Bad input: what is wrong, where, and what is allowed.
         """
         return cls._made({"shoebox": size, **keys}, None, materials, sources, receivers)
 
@@ -134,11 +198,32 @@ class Scene:
     ) -> Scene:
         """A room of polygons.
 
-        vertices: positions [m], shape [N, 3].
-        faces: indices of vertices, from 0, shape [M, 3] or [M, K], or M sequences of different lengths; either sense.
-        materials: as for `Scene.shoebox`, but the names are free.
-        face_materials: the name of the material of each face, [M]; not needed where there is one material.
-        sources, receivers, keys: as for `Scene.shoebox`.
+        Parameters
+        ----------
+        vertices
+            Positions [m], shape [N, 3].
+        faces
+            Indices of vertices, from 0, shape [M, 3] or [M, K], or M sequences of different lengths; either sense.
+        materials
+            As for `Scene.shoebox`, but the names are free.
+        sources
+            As for `Scene.shoebox`.
+        receivers
+            As for `Scene.shoebox`.
+        face_materials
+            The name of the material of each face, [M]; not needed where there is one material.
+        **keys
+            As for `Scene.shoebox`.
+
+        Returns
+        -------
+        Scene
+            The scene, checked.
+
+        Raises
+        ------
+        Error
+            Bad input: what is wrong, where, and what is allowed.
         """
         polygons = _polygons(vertices, faces, list(_materials(materials)), face_materials)
         return cls._made(keys, polygons, materials, sources, receivers)
@@ -173,8 +258,22 @@ class Scene:
     def add_box(self, low: ArrayLike, high: ArrayLike, material: _Materials = 0.1) -> Scene:
         """The same room with a box in it: furniture, a pillar, a screen.
 
-        low, high: two opposite corners [m]. Faces may lie in walls and other boxes.
-        material: a number, a material of the scene, an entry of the library, or a mapping with the keys of [materials.NAME].
+        Parameters
+        ----------
+        low, high
+            Two opposite corners [m]. Faces may lie in walls and other boxes.
+        material
+            A number, a material of the scene, an entry of the library, or a mapping with the keys of [materials.NAME].
+
+        Returns
+        -------
+        Scene
+            Another scene; this one stays as it is.
+
+        Raises
+        ------
+        Error
+            A scene of a file, or bad input.
         """
         ends = np.sort([_rooms.corner(low, "low"), _rooms.corner(high, "high")], axis=0)
         document, polygons = self._parts()
@@ -184,33 +283,94 @@ class Scene:
     def add_object(self, mesh: Any, material: _Materials = 0.1, *, at: ArrayLike = (0, 0, 0), turn: float = 0.0) -> Scene:
         """The same room with a closed mesh in it.
 
-        mesh: vertices [N, 3] in metres about its own origin and faces of their indices, or an object that has `vertices` and `faces`, such
-            as those of trimesh.
-        material: as for `add_box`, of all its faces.
-        at: where its origin goes [m].
-        turn: about the z axis through its origin [°], from x to y.
+        Parameters
+        ----------
+        mesh
+            Vertices [N, 3] in metres about its own origin and faces of their indices, or an object that has `vertices` and `faces`, such as
+            those of trimesh.
+        material
+            As for `add_box`, of all its faces.
+        at
+            Where its origin goes [m].
+        turn
+            About the z axis through its origin [°], from x to y.
+
+        Returns
+        -------
+        Scene
+            Another scene; this one stays as it is.
+
+        Raises
+        ------
+        Error
+            A scene of a file, or bad input.
         """
         document, polygons = self._parts()
         name, table = _rooms.material(document, material)
         return self._of_document(*_rooms.added(document, polygons, _rooms.turned(mesh, at, turn, name), name, table))
 
     def with_materials(self, materials: _Materials) -> Scene:
-        """The same room with other materials, in the form of `Scene.shoebox`; those that are not named stay."""
+        """The same room with other materials; those that are not named stay.
+
+        Parameters
+        ----------
+        materials
+            In the form of `Scene.shoebox`.
+
+        Returns
+        -------
+        Scene
+            Another scene; this one stays as it is.
+
+        Raises
+        ------
+        Error
+            A scene of a file, or bad input.
+        """
         document, polygons = self._parts()
         return self._of_document({**document, "materials": {**document["materials"], **_materials(materials)}}, polygons)
 
     def absorption_for(self, t60: ArrayLike, material: str = "walls") -> NDArray[np.float64]:
-        """Absorption of a material with which Eyring's formula gives a reverberation time, shape [B], for `with_materials`.
+        """Absorption of a material with which Eyring's formula gives a reverberation time, for `with_materials`.
 
-        t60: time [s], one for all bands or one per band. Other materials and the air stay. What no coefficient from 0 to 1 gives is an
-            `Error` with the times that are possible. In rooms that are not diffuse T30 differs from Eyring's.
+        In rooms that are not diffuse T30 differs from Eyring's.
+
+        Parameters
+        ----------
+        t60
+            Time [s], one for all bands or one per band. Other materials and the air stay. In rooms that are not diffuse T30 differs from Eyring's.
+        material
+            Its name.
+
+        Returns
+        -------
+        NDArray[np.float64]
+            Absorption coefficients, 0 … 1, shape [B].
+
+        Raises
+        ------
+        Error
+            What no coefficient from 0 to 1 gives, with the times that are possible.
         """
         return _rooms.absorption_for(self, t60, material)
 
     def save(self, folder: _Path) -> Path:
-        """Writes a scene made in Python as scene.toml, and its mesh beside it, for the programs. Returns the path of scene.toml.
+        """Writes a scene made in Python as scene.toml, and its mesh beside it, for the programs.
 
-        The folder is made where there is none; files that are there are not replaced.
+        Parameters
+        ----------
+        folder
+            Made where there is none; files that are there are not replaced.
+
+        Returns
+        -------
+        Path
+            The path of scene.toml.
+
+        Raises
+        ------
+        Error
+            A scene of a file, or files that are there.
         """
         return Path(self._inner.save(os.fspath(folder)))
 
@@ -220,7 +380,13 @@ class Scene:
         return self._inner.toml()
 
     def check(self) -> dict[str, Any]:
-        """The checkup of `sonel-trace check --json` (docs/interface.md): sizes, areas, statistical times, faults of the mesh."""
+        """The checkup of `sonel-trace check --json` (docs/interface.md).
+
+        Returns
+        -------
+        dict[str, Any]
+            Sizes, areas, statistical times, faults of the mesh.
+        """
         return self._inner.check()
 
     @property
@@ -264,9 +430,22 @@ class Scene:
         return {name: (x, y, z) for name, (x, y, z) in self._inner.receivers}
 
     def plot_room(self, ax: Any = None) -> Any:
-        """Draws walls, sources and receivers of a scene made in Python in three dimensions, by matplotlib; returns the axes.
+        """Draws walls, sources and receivers of a scene made in Python in three dimensions, by matplotlib.
 
-        ax: three-dimensional axes of matplotlib; without them a new figure.
+        Parameters
+        ----------
+        ax
+            Three-dimensional axes of matplotlib; without them a new figure.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+
+        Raises
+        ------
+        Error
+            A scene of a file, or no matplotlib.
         """
         from . import _drawing
 
@@ -281,11 +460,29 @@ class Scene:
         return _drawing.table(["", "name", "x [m]", "y [m]", "z [m]"], rows, f"Scene {self.name}: {', '.join(self.materials)}")
 
     def __repr__(self) -> str:
+        if not self.__dict__:
+            return "<sonel.Scene, closed>"
         return f"<sonel.Scene {self.name!r}: {len(self.sources)} sources, {len(self.receivers)} receivers>"
 
 
 def check(path: _Path) -> dict[str, Any]:
-    """The checkup of a scene file, which need not be valid: what `sonel-trace check --json` prints (docs/interface.md)."""
+    """The checkup of a scene file (docs/interface.md).
+
+    Parameters
+    ----------
+    path
+        A scene file, which need not be valid.
+
+    Returns
+    -------
+    dict[str, Any]
+        What `sonel-trace check --json` prints.
+
+    Raises
+    ------
+    Error
+        A file that cannot be read; what is wrong in the scene is in the report.
+    """
     return _loaded(_sonel.Scene.check_file, os.fspath(path))
 
 
@@ -310,30 +507,59 @@ def trace(
 ) -> Map:
     """Traces `scene`; the map is that of sonel-trace with the options of the same names (docs/interface.md).
 
-    packets: Packets per source (and band with `spectral` per-band); with `shard` of all shards, with `extend` of the
-        whole new map, with `until` the maximum (default enough for half-widths of half a just-noticeable difference,
-        100k at most; 100k with --shard or --mode paper; those of --decision).
-    until: Add packets until the half-width of every 95 % interval meets its target, such as
-        t30<1%,level<0.1dB,c80<0.2jnd; else exit code 1. The map is that of `packets` with the final number. Parameters:
-        level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
-    at_most: Time limit of `until`, such as 60s, 5min, 2h.
-    memory: Own memory that the run may take [bytes], such as 8G: one that is predicted to take more is refused before
-        it starts. Not with `until`.
-    seed: Seed of every random number (default 1).
-    batches: Batches whose spread gives the intervals, 1 … 4096 (default 32).
-    survival: Survival exponent β of the Russian roulette, 0 (no roulette) … 1 (default 0.15).
-    mode: Method: accurate, or paper: per-band paths, β = 1 and diffraction of the founding paper (default accurate).
-    spectral: Whether bands share their paths: shared or per-band (default shared).
-    duration: Length of the echograms [s], at most 3600 (default of the scene, or as long as the room decays).
-    effects: Simulated effects: auto, all or none, then changes such as auto,-air; auto:1 omits effects below 1
+    Parameters
+    ----------
+    scene
+        A scene with sources.
+    packets
+        Packets per source (and band with `spectral` per-band); with `shard` of all shards, with `extend` of the whole
+        new map, with `until` the maximum (default enough for half-widths of half a just-noticeable difference, 100k at
+        most; 100k with --shard or --mode paper; those of --decision).
+    until
+        Add packets until the half-width of every 95 % interval meets its target, such as t30<1%,level<0.1dB,c80<0.2jnd;
+        else exit code 1. The map is that of `packets` with the final number. Parameters: level, g, edt, t20, t30, c50,
+        c80, d50, ts; units: %, s, ms, dB, jnd.
+    at_most
+        Time limit of `until`, such as 60s, 5min, 2h.
+    memory
+        Own memory that the run may take [bytes], such as 8G: one that is predicted to take more is refused before it
+        starts. Not with `until`.
+    seed
+        Seed of every random number (default 1).
+    batches
+        Batches whose spread gives the intervals, 1 … 4096 (default 32).
+    survival
+        Survival exponent β of the Russian roulette, 0 (no roulette) … 1 (default 0.15).
+    mode
+        Method: accurate, or paper: per-band paths, β = 1 and diffraction of the founding paper (default accurate).
+    spectral
+        Whether bands share their paths: shared or per-band (default shared).
+    duration
+        Length of the echograms [s], at most 3600 (default of the scene, or as long as the room decays).
+    effects
+        Simulated effects: auto, all or none, then changes such as auto,-air; auto:1 omits effects below 1
         just-noticeable difference, auto below 0.1 (default auto).
-    variants: other materials that the map carries besides, for `Map.render(set=…)`: {"materials.ceiling.absorption": [0.02, 0.9]},
-        values that are one number or one per band, or a range "0.02:0.9"; also scattering, diffuse, transmission,
-        sound_reduction_db; {"materials.ceiling": ["plaster-painted"]}, entries of the library. The option --for.
-    extend: a map of the same scene that is continued to `packets` or `until`, with its own settings.
-    threads: default all cores; the result does not depend on it.
-    progress: True prints the share done to stderr, False nothing, None prints where stderr is a terminal or a notebook. A function is called
-        with what is being done and the share done, 0 … 1.
+    variants
+        Other materials that the map carries besides, for `Map.render(set=…)`: {"materials.ceiling.absorption": [0.02, 0.9]}, values that
+        are one number or one per band, or a range "0.02:0.9"; also scattering, diffuse, transmission, sound_reduction_db;
+        {"materials.ceiling": ["plaster-painted"]}, entries of the library. The option --for.
+    extend
+        A map of the same scene that is continued to `packets` or `until`, with its own settings.
+    threads
+        Default all cores; the result does not depend on it.
+    progress
+        True prints the share done to stderr, False nothing, None prints where stderr is a terminal or a notebook. A function is called with
+        what is being done and the share done, 0 … 1.
+
+    Returns
+    -------
+    Map
+        The map, in a temporary file. `report["until"]["reached"]` says whether `until` was reached.
+
+    Raises
+    ------
+    Error
+        Bad input, such as a scene without sources.
     """
     keywords = {
         "packets": packets,
@@ -367,12 +593,33 @@ def random_rooms(
 ) -> RandomRooms:
     """Rectangular rooms with boxes as furniture, for `dataset`: a sequence whose rooms are made when they are asked for.
 
-    seed: room i depends on seed and i alone.
-    size: smallest and largest lengths [x, y, z] [m], shape [2, 3].
-    furniture: fewest and most boxes on the floor; a small room may have fewer.
-    t60: range of Eyring's reverberation time [s], for which the walls get their absorption; without it all materials are entries of the library.
-    sources, receivers: how many of each: 1 to 1.8 m high, 0.5 m from walls, 0.3 m from furniture, 1 m apart.
-    keys: other keys of the scene file: bands, air, …
+    Parameters
+    ----------
+    count
+        How many rooms.
+    seed
+        Room i depends on seed and i alone.
+    size
+        Smallest and largest lengths [x, y, z] [m], shape [2, 3].
+    furniture
+        Fewest and most boxes on the floor; a small room may have fewer.
+    t60
+        Range of Eyring's reverberation time [s], for which the walls get their absorption; without it all materials are entries of the
+        library.
+    sources, receivers
+        How many of each: 1 to 1.8 m high, 0.5 m from walls, 0.3 m from furniture, 1 m apart.
+    **keys
+        Other keys of the scene file: bands, air, …
+
+    Returns
+    -------
+    RandomRooms
+        A sequence of scenes.
+
+    Raises
+    ------
+    Error
+        Bad input: what is wrong, where, and what is allowed.
     """
     extents = np.asarray(size, dtype=float)
     if extents.shape != (2, 3) or not np.all((extents[0] >= 2.0) & (extents[0] <= extents[1])):
@@ -403,22 +650,46 @@ def dataset(
     render: Mapping[str, Any] | None = None,
     progress: _Progress = None,
 ) -> list[Path]:
-    """Writes impulse responses of many rooms with labels, in shards; returns their paths (docs/python.md#rooms-by-the-thousand).
+    """Writes impulse responses of many rooms with labels, in shards (docs/python.md#rooms-by-the-thousand).
 
     The bytes do not depend on `workers`. A shard appears when it is complete: the same call goes on after a run that was killed.
 
-    rooms: scenes with sources and receivers, such as those of `random_rooms`.
-    out: a folder, made where there is none. `dataset.json` in it states rooms and options; a folder of others is refused.
-    microphones: an array about each receiver, as in `Response.impulse_responses`; without it a single omnidirectional one.
-    workers: rooms at a time (default all cores).
-    shard_size: rooms per file.
-    shards: numbers of the shards to write, from 0 (default all): jobs of a cluster that share a folder write one each.
-    format: npz, or tar of WebDataset.
-    sample_rate, match, seed: as for `Response.impulse_responses`.
-    early: how many of the strongest listed arrivals are labels.
-    duration: length of the impulse responses [s] (default 1.2 times the longest Sabine time of the room).
-    trace, render: options of these functions (default packets 4000; order 2, rays 256, effects -diffraction).
-    progress: as for `trace`, in rooms, by tqdm where that is installed.
+    Parameters
+    ----------
+    rooms
+        Scenes with sources and receivers, such as those of `random_rooms`.
+    out
+        A folder, made where there is none. `dataset.json` in it states rooms and options; a folder of others is refused.
+    microphones
+        An array about each receiver, as in `Response.impulse_responses`; without it a single omnidirectional one.
+    workers
+        Rooms at a time (default all cores).
+    shard_size
+        Rooms per file.
+    shards
+        Numbers of the shards to write, from 0 (default all): jobs of a cluster that share a folder write one each.
+    format
+        npz, or tar of WebDataset.
+    sample_rate, match, seed
+        As for `Response.impulse_responses`.
+    early
+        How many of the strongest listed arrivals are labels.
+    duration
+        Length of the impulse responses [s] (default 1.2 times the longest Sabine time of the room).
+    trace, render
+        Options of these functions (default packets 4000; order 2, rays 256, effects -diffraction).
+    progress
+        As for `trace`, in rooms, by tqdm where that is installed.
+
+    Returns
+    -------
+    list[Path]
+        Paths of the shards.
+
+    Raises
+    ------
+    Error
+        Bad input, or a folder of other rooms or options.
     """
     from . import _dataset
 
@@ -438,7 +709,7 @@ def dataset(
     )
 
 
-class Map:
+class Map(_Managed):
     """Where sound went in a room: paths in a file, from which any receivers are rendered. Made by `trace` or `Map.load`."""
 
     def __init__(self, inner: _sonel.Map) -> None:
@@ -453,11 +724,38 @@ class Map:
 
     @classmethod
     def load(cls, path: _Path) -> Map:
-        """Opens a map of sonel-trace. It stays on disk and may be larger than memory."""
+        """Opens a map of sonel-trace.
+
+        Parameters
+        ----------
+        path
+            A file `.sonelmap`.
+
+        Returns
+        -------
+        Map
+            The map. It stays on disk and may be larger than memory.
+
+        Raises
+        ------
+        Error
+            A file that is missing (also a FileNotFoundError), damaged or invalid.
+        """
         return cls(_loaded(_sonel.Map.load, os.fspath(path)))
 
     def save(self, path: _Path) -> None:
-        """Writes the map as sonel-trace would. An existing map is replaced, any other file is not."""
+        """Writes the map as sonel-trace would.
+
+        Parameters
+        ----------
+        path
+            An existing map is replaced, any other file is not.
+
+        Raises
+        ------
+        Error
+            Another file is there, or it cannot be written.
+        """
         self._inner.save(os.fspath(path))
 
     def render(
@@ -488,37 +786,68 @@ class Map:
     ) -> Response:
         """Renders echograms; the response is that of sonel-render with the options of the same names (docs/interface.md).
 
-        receivers: positions [m], shape [3] or [R, 3] (named "receiver 1" …), or a mapping from names to positions or to
-            mappings with the keys of [[receivers]], such as {"mic": {"position": [6, 4, 1.2], "directivity": "cardioid",
-            "aim": [1, 0, 0]}}, aim required unless omni; without any, those of the scene.
-        set: other coefficients on the same map: {"materials.walls.absorption": 0.4}, one number or one per band; also
-            scattering, diffuse, transmission, sound_reduction_db, and "sources.NAME.directivity".
-        variant: a variant of the scene file, [variants.NAME]; its materials replace those of the scene before `materials` and `set`.
-        materials: Change materials: a TOML file of [materials.NAME] as in a scene file, applied before `set`; others
-            stay.
-        grid: Grid of receivers: each axis lo:hi:n or one number [m]. Points on surfaces, in solids or outside the room
+        `grid` may also be three axes of one number or evenly spaced ones, such as [np.linspace(1, 9, 5), [2, 4, 6], 1.5].
+
+        Parameters
+        ----------
+        receivers
+            Positions [m], shape [3] or [R, 3] (named "receiver 1" …), or a mapping from names to positions or to mappings with the keys of
+            [[receivers]], such as {"mic": {"position": [6, 4, 1.2], "directivity": "cardioid", "aim": [1, 0, 0]}}, aim required unless
+            omni; without any, those of the scene.
+        set
+            Other coefficients on the same map: {"materials.walls.absorption": 0.4}, one number or one per band; also scattering, diffuse,
+            transmission, sound_reduction_db, and "sources.NAME.directivity".
+        variant
+            A variant of the scene file, [variants.NAME]; its materials replace those of the scene before `materials` and `set`.
+        materials
+            Change materials: a TOML file of [materials.NAME] as in a scene file, applied before `set`; others stay.
+        grid
+            Grid of receivers: each axis lo:hi:n or one number [m]. Points on surfaces, in solids or outside the room
             are left out.
-        bin: Width of a time bin [s]; at most 2²⁰ bins (default 0.001).
-        estimator: Estimator for each path class: auto, connection, gather, sphere or paper. Paper needs even air and
-            excludes `order`; maps with a gradient take auto, connection, sphere, without `order` (default auto).
-        effects: Effects of the rendering: -diffraction leaves out sound over edges; other effects are decided by
-            sonel-trace (default auto).
-        rays: Visibility rays per receiver; with `until` the maximum (default a quarter of the packets; 16384 with
+        bin
+            Width of a time bin [s]; at most 2²⁰ bins (default 0.001).
+        estimator
+            Estimator for each path class: auto, connection, gather, sphere or paper. Paper needs even air and excludes
+            `order`; maps with a gradient take auto, connection, sphere, without `order` (default auto).
+        effects
+            Effects of the rendering: -diffraction leaves out sound over edges; other effects are decided by sonel-trace
+            (default auto).
+        rays
+            Visibility rays per receiver; with `until` the maximum (default a quarter of the packets; 16384 with
             --estimator paper).
-        radius: Radius of the discs in which sonels are gathered [m] (default from room and number of packets).
-        order: Highest order of image sources (default from the room).
-        batches: Render the first K batches of the map alone: a share of the time, wider intervals. Not with `plan`,
-            `until` (default all).
-        seed: of the rendering (default of the map).
-        temperature [°C], humidity [%]: other air; air=False: no attenuation by air.
-        directions: Also store energies by direction of incidence, for LF, LFC and L_J. Receivers must be
-            omnidirectional. The lateral axis is horizontal, at right angles to the aim, by default towards the first
-            source.
-        until, at_most: add rays until the intervals are narrow enough.
-        A grid may also be three axes of one number or evenly spaced ones, such as [np.linspace(1, 9, 5), [2, 4, 6], 1.5].
-        memory: Own memory that the rendering may take [bytes], such as 8G: one that is predicted to take more is
-            refused before it starts.
-        threads, progress: as for `trace`.
+        radius
+            Radius of the discs in which sonels are gathered [m] (default from room and number of packets).
+        order
+            Highest order of image sources (default from the room).
+        batches
+            Render the first K batches of the map alone: a share of the time, wider intervals. Not with `plan`, `until`
+            (default all).
+        seed
+            Of the rendering (default of the map).
+        temperature, humidity
+            Other air [°C], [%].
+        air
+            False: no attenuation by air.
+        directions
+            Also store energies by direction of incidence, for LF, LFC and L_J. Receivers must be omnidirectional. The
+            lateral axis is horizontal, at right angles to the aim, by default towards the first source.
+        until, at_most
+            Add rays until the intervals are narrow enough.
+        memory
+            Own memory that the rendering may take [bytes], such as 8G: one that is predicted to take more is refused
+            before it starts.
+        threads, progress
+            As for `trace`.
+
+        Returns
+        -------
+        Response
+            Echograms of all sources at all receivers.
+
+        Raises
+        ------
+        Error
+            Bad input, such as a receiver in a wall.
         """
         keywords = {
             "set": set,
@@ -546,10 +875,26 @@ class Map:
             return Response(self._inner.render(places, _LOGGER.log, threads, follower, **keywords))
 
     def refine(self, receivers: _Points | None = None, **options: Any) -> Iterator[Response]:
-        """Renders as `render` does, again and again, each time with twice the batches: the first response after an eighth of
-        the time, the last that of the whole map. Each has its intervals; leave the loop when they are narrow enough.
+        """Renders as `render` does, again and again, each time with twice the batches.
 
-        options: those of `render` but `batches` and `until`.
+        Leave the loop when the intervals are narrow enough.
+
+        Parameters
+        ----------
+        receivers
+            As for `render`.
+        **options
+            Those of `render` but `batches` and `until`.
+
+        Yields
+        ------
+        Response
+            Responses with their intervals, the first after an eighth of the time, the last that of the whole map.
+
+        Raises
+        ------
+        Error
+            Bad input: what is wrong, where, and what is allowed.
         """
         for batches in self._inner.refinement_steps:
             yield self.render(receivers, batches=batches, **options)
@@ -566,17 +911,36 @@ class Map:
         seed: int | None = None,
         **options: Any,
     ) -> NDArray[np.float32]:
-        """What a moving listener hears of a signal, shape [S, C, N]: the samples of `sonel-render --path` (docs/formats/sound.md).
+        """What a moving listener hears of a signal: the samples of `sonel-render --path` (docs/formats/sound.md).
 
-        path: times [s] and positions [m] of the listener, rows of t, x, y, z, shape [P, 4]; straight lines between them, at most 100 m/s. The
+        Parameters
+        ----------
+        path
+            Times [s] and positions [m] of the listener, rows of t, x, y, z, shape [P, 4]; straight lines between them, at most 100 m/s. The
             listener stays at the last one.
-        signal: what every source sends from the first time on, shape [n]; N is n and the length of the echogram together.
-        sample_rate: samples per second of signal and result, 8000 to 192000.
-        spacing: longest distance between the places that are rendered [m], 0.01 to 10. Delays of direct sound and listed reflections are
-            exact at every sample whatever it is, so that tones are shifted by 1 + v/c.
-        ambix, array: as for `impulse_responses`, in the axes of the scene, which do not turn: front is x.
-        seed: of the waves of late sound (default that of the rendering).
-        options: those of `render` but `grid`; `ambix` and directional microphones render directions.
+        signal
+            What every source sends from the first time on, shape [n]; N is n and the length of the echogram together.
+        sample_rate
+            Samples per second of signal and result, 8000 to 192000.
+        spacing
+            Longest distance between the places that are rendered [m], 0.01 to 10. Delays of direct sound and listed reflections are exact
+            at every sample whatever it is, so that tones are shifted by 1 + v/c.
+        ambix, array
+            As for `impulse_responses`, in the axes of the scene, which do not turn: front is x.
+        seed
+            Of the waves of late sound (default that of the rendering).
+        **options
+            Those of `render` but `grid`; `ambix` and directional microphones render directions.
+
+        Returns
+        -------
+        NDArray[np.float32]
+            Pressure, shape [S, C, N] for S sources and C channels.
+
+        Raises
+        ------
+        Error
+            Bad input: what is wrong, where, and what is allowed.
         """
         try:
             points = np.asarray(path, dtype=float)
@@ -622,10 +986,12 @@ class Map:
         return self._inner.seed
 
     def __repr__(self) -> str:
+        if not self.__dict__:
+            return "<sonel.Map, closed>"
         return f"<sonel.Map of {self._inner.scene_name!r}: {self.packets} packets per source, seed {self.seed}>"
 
 
-class Response:
+class Response(_Managed):
     """Echograms of S sources at R receivers in B bands and T time bins. Made by `Map.render` or `Response.load`.
 
     Arrays are read-only views of the response's own memory. `response[key]` is the array that docs/formats/response.md calls so;
@@ -652,11 +1018,38 @@ class Response:
 
     @classmethod
     def load(cls, path: _Path) -> Response:
-        """Reads a response of sonel-render."""
+        """Reads a response of sonel-render.
+
+        Parameters
+        ----------
+        path
+            A file `.npz`.
+
+        Returns
+        -------
+        Response
+            The response.
+
+        Raises
+        ------
+        Error
+            A file that is missing (also a FileNotFoundError), damaged or invalid.
+        """
         return cls(_loaded(_sonel.Response.load, os.fspath(path)))
 
     def save(self, path: _Path) -> None:
-        """Writes the response as sonel-render would (.npz). An existing response is replaced, any other file is not."""
+        """Writes the response as sonel-render would.
+
+        Parameters
+        ----------
+        path
+            A file `.npz`. An existing response is replaced, any other file is not.
+
+        Raises
+        ------
+        Error
+            Another file is there, or it cannot be written.
+        """
         self._inner.save(os.fspath(path))
 
     def __getitem__(self, key: str) -> NDArray[Any]:
@@ -678,7 +1071,13 @@ class Response:
         return iter(self.keys())
 
     def keys(self) -> list[str]:
-        """Names of the arrays that `response[key]` has."""
+        """Names of the arrays that `response[key]` has.
+
+        Returns
+        -------
+        list[str]
+            Names as in docs/formats/response.md.
+        """
 
         def has(key: str) -> bool:
             try:
@@ -749,18 +1148,39 @@ class Response:
         sample_rate: int = 48_000,
         match: bool = False,
     ) -> NDArray[np.float32]:
-        """Pressure impulse responses, shape [S, R, C, N]: the samples of `sonel-render --wav` (docs/formats/sound.md).
+        """Pressure impulse responses: the samples of `sonel-render --wav` (docs/formats/sound.md).
 
-        ambix: order 1 … 7: C = (order + 1)² channels in ACN order with SN3D (AmbiX), for a response with directions.
-        hrtf: a SOFA file of the convention SimpleFreeFieldHRIR: C = 2, left and right ear, for a response with directions.
-        array: microphones about each receiver: positions relative to it in the axes of the scene [m], at most 1 m away, shape [M, 3], or a
-            mapping as for `Map.render`, such as {"left": {"position": [0, 0.05, 0], "directivity": "cardioid", "aim": [0, 1, 0]}}: C = M, in
-            their order, from one rendering. Directional ones need a response with directions; late sound has them where the response has.
-        seed: of the waves of late sound (default that of the rendering).
-        sample_rate: samples per second, 8000 to 192000. Responses are made at this rate; do not convert them like recordings.
-        match: scale every band each 10 ms to the energies of the response: T30 and levels of one impulse response are then those of the
+        At most one of `ambix`, `hrtf` and `array` is given. `ambix` and `hrtf` need a response of `Map.render`: a file does not state which direction
+        is up.
+
+        Parameters
+        ----------
+        ambix
+            Order 1 … 7: C = (order + 1)² channels in ACN order with SN3D (AmbiX), for a response with directions.
+        hrtf
+            A SOFA file of the convention SimpleFreeFieldHRIR: C = 2, left and right ear, for a response with directions.
+        array
+            Microphones about each receiver: positions relative to it in the axes of the scene [m], at most 1 m away, shape [M, 3], or a
+            mapping as for `Map.render`, such as {"left": {"position": [0, 0.05, 0], "directivity": "cardioid", "aim": [0, 1, 0]}}: C = M,
+            in their order, from one rendering. Directional ones need a response with directions; late sound has them where the response
+            has.
+        seed
+            Of the waves of late sound (default that of the rendering).
+        sample_rate
+            Samples per second, 8000 to 192000. Responses are made at this rate; do not convert them like recordings.
+        match
+            Scale every band each 10 ms to the energies of the response: T30 and levels of one impulse response are then those of the
             response, not of the mean of many seeds alone. Direct sound is scaled too.
-        Without `ambix`, `hrtf` and `array` C is 1. `ambix` and `hrtf` need a response of `Map.render`: a file does not state which direction is up.
+
+        Returns
+        -------
+        NDArray[np.float32]
+            Pressure relative to that of the source at 1 m in a free field, shape [S, R, C, N]. Without `ambix`, `hrtf` and `array` C is 1.
+
+        Raises
+        ------
+        Error
+            Bad input, or a response without directions that are needed.
         """
         channels = _channels(sample_rate, ambix=ambix, hrtf=hrtf, array=array)
         return np.asarray(self._inner.impulse_responses(channels, seed, sample_rate, match))
@@ -778,7 +1198,19 @@ class Response:
     ) -> None:
         """Writes `impulse_responses` as SOFA of the convention SingleRoomSRIR (AES69), a measurement for every source and receiver.
 
-        Options as for `impulse_responses`. Needs the package sofar. Files that are there are not replaced.
+        Needs the package sofar.
+
+        Parameters
+        ----------
+        path
+            A file `.sofa`. Files that are there are not replaced.
+        ambix, hrtf, array, seed, sample_rate, match
+            As for `impulse_responses`.
+
+        Raises
+        ------
+        Error
+            As `impulse_responses`; a file that is there; no sofar.
         """
         from . import _sofa
 
@@ -787,16 +1219,28 @@ class Response:
         _sofa.write(self, Path(path), ambix=ambix, array=array, microphones=microphones, sample_rate=sample_rate, **options)
 
     def parameter_report(self) -> dict[str, Any]:
-        """Every parameter with its interval, warnings and reasons: what `sonel-analyze parameters --format json` prints."""
+        """Every parameter with its interval, warnings and reasons.
+
+        Returns
+        -------
+        dict[str, Any]
+            What `sonel-analyze parameters --format json` prints.
+        """
         return self._inner.parameters()
 
     def parameters(self) -> NDArray[np.void]:
-        """Parameters of ISO 3382-1 as a structured array of shape [S, R, B].
+        """Parameters of ISO 3382-1 with the limits of their 95 % intervals.
 
-        Fields: source, receiver, center_frequency_hz, and for each of level_db, strength_g_db, early_decay_time_s, t20_s, t30_s,
-        clarity_c50_db, clarity_c80_db, definition_d50, center_time_s and, with directions, lateral_fraction, lateral_fraction_cosine and late_lateral_level_db, one metre from a source
-        support_early_db and support_late_db its value and, as NAME_low and NAME_high, the limits of
-        its 95 % interval. NaN where the response does not support a value; `parameter_report` has the reason.
+        One metre from a source they include the support. `parameter_report` has the reason of a value that is missing.
+
+        Returns
+        -------
+        NDArray[np.void]
+            A structured array of shape [S, R, B]. Fields: source, receiver, center_frequency_hz, and for each of level_db, strength_g_db,
+            early_decay_time_s, t20_s, t30_s, clarity_c50_db, clarity_c80_db, definition_d50, center_time_s and, with directions,
+            lateral_fraction, lateral_fraction_cosine and late_lateral_level_db, one metre from a source support_early_db and
+            support_late_db its value and, as NAME_low and NAME_high, the limits of its interval. NaN where the response does not support a
+            value.
         """
         return self._parameters(self.parameter_report())
 
@@ -815,7 +1259,13 @@ class Response:
         return np.array(values, dtype=fields).reshape(shape)
 
     def speech_transmission_index(self) -> NDArray[np.float64]:
-        """Speech transmission index of the room without noise, 0 … 1, shape [S, R]; NaN where octaves of speech are missing."""
+        """Speech transmission index of the room without noise.
+
+        Returns
+        -------
+        NDArray[np.float64]
+            0 … 1, shape [S, R]; NaN where octaves of speech are missing.
+        """
         return self._speech(self.parameter_report())
 
     def _speech(self, report: Mapping[str, Any]) -> NDArray[np.float64]:
@@ -823,21 +1273,46 @@ class Response:
         return np.array(values).reshape(len(self.sources), len(self.receivers))
 
     def to_pandas(self) -> pandas.DataFrame:
-        """`parameters` as a DataFrame, a row for every source, receiver and band. Needs pandas."""
+        """`parameters` as a DataFrame. Needs pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for every source, receiver and band.
+        """
         import pandas
 
         return pandas.DataFrame(self.parameters().reshape(-1))
 
     def to_xarray(self) -> Any:
-        """Energies and `parameters` as an xarray.Dataset with the dimensions source, receiver, band and time. Needs xarray."""
+        """Energies and `parameters` as an xarray.Dataset. Needs xarray.
+
+        Returns
+        -------
+        xarray.Dataset
+            A dataset with the dimensions source, receiver, band and time.
+        """
         from . import _drawing
 
         return _drawing.xarray_of(self)
 
     def to_pyfar(self, **options: Any) -> Any:
-        """`impulse_responses` as a pyfar.Signal of the shape [S, R, C]. Needs pyfar.
+        """`impulse_responses` as a pyfar.Signal. Needs pyfar.
 
-        options: those of `impulse_responses`.
+        Parameters
+        ----------
+        **options
+            Those of `impulse_responses`.
+
+        Returns
+        -------
+        pyfar.Signal
+            A signal of the shape [S, R, C].
+
+        Raises
+        ------
+        Error
+            As `impulse_responses`; no pyfar.
         """
         try:
             import pyfar  # type: ignore[import-untyped]
@@ -847,10 +1322,24 @@ class Response:
         return pyfar.Signal(samples, options.get("sample_rate", 48_000), comment=f"sonel: {self.metadata['scene']}")
 
     def plot_decay(self, source: int = 0, receiver: int = 0, ax: Any = None) -> Any:
-        """Draws the Schroeder decay curve of every band, by matplotlib; returns the axes.
+        """Draws the Schroeder decay curve of every band, by matplotlib.
 
-        source, receiver: their numbers from 0.
-        ax: axes of matplotlib; without them a new figure.
+        Parameters
+        ----------
+        source, receiver
+            Their numbers from 0.
+        ax
+            Axes of matplotlib; without them a new figure.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+
+        Raises
+        ------
+        Error
+            No such source or receiver, or no matplotlib.
         """
         from . import _drawing
 
@@ -873,6 +1362,8 @@ class Response:
         return _drawing.table(head, rows, f"{self!r} at {self.center_frequencies[band]:g} Hz"[1:].replace(">", "", 1))
 
     def __repr__(self) -> str:
+        if not self.__dict__:
+            return "<sonel.Response, closed>"
         s, r, b, t = self.energy.shape
         return f"<sonel.Response: {s} sources, {r} receivers, {b} bands, {t} time bins>"
 

@@ -150,23 +150,24 @@ fn with_options(text: &str, spell: impl Fn(&str) -> String) -> String {
     text.split(' ').map(word).collect::<Vec<_>>().join(" ")
 }
 
-/// `module` with `sentence` after `keyword:` in the docstring that names `program`, wrapped.
+/// `module` with `sentence` below `keyword` in the section Parameters of the docstring that names `program`, wrapped.
 fn with_entry(module: &str, program: &str, keyword: &str, sentence: &str) -> Result<String> {
-    let lost = || format!("{PYTHON}: no entry {keyword}: in the docstring about {program}");
+    let lost = || format!("{PYTHON}: no parameter {keyword} in the docstring about {program}");
     let start = module.find(&format!("that of {program} with the options")).with_context(lost)?;
-    let at = module[start..].find(&format!("\n    {keyword}:")).map(|at| (at, 4));
-    let at = at.or_else(|| module[start..].find(&format!("\n        {keyword}:")).map(|at| (at, 8)));
-    let (at, indent) = at.with_context(lost)?;
-    let (before, rest) = module.split_at(start + at + 1);
-    let lines: Vec<&str> = rest.split_inclusive('\n').collect();
-    let deeper = " ".repeat(indent + 4);
-    let length = 1 + lines[1..].iter().take_while(|line| line.starts_with(&deeper)).count();
-    let mut entry = wrapped(&format!("{keyword}: {sentence}"), indent);
-    entry.extend(lines[length..].iter().copied());
-    Ok(format!("{before}{entry}"))
+    let end = start + module[start..].find("\"\"\"").with_context(lost)?;
+    let find = |indent: usize| {
+        let line = format!("\n{}{keyword}\n", " ".repeat(indent));
+        Some((start + module[start..end].find(&line)? + line.len(), indent + 4))
+    };
+    let (at, indent) = find(4).or_else(|| find(8)).with_context(lost)?;
+    let (before, rest) = module.split_at(at);
+    let deeper = " ".repeat(indent);
+    let length: usize =
+        rest.split_inclusive('\n').take_while(|line| line.starts_with(&deeper)).map(str::len).sum();
+    Ok(format!("{before}{}{}", wrapped(sentence, indent), &rest[length..]))
 }
 
-/// Lines of at most 120 columns, the first after `indent` blanks, the others after four more.
+/// Lines of at most 120 columns after `indent` blanks.
 fn wrapped(text: &str, indent: usize) -> String {
     let mut lines = vec![" ".repeat(indent)];
     for word in text.split(' ') {
@@ -177,7 +178,7 @@ fn wrapped(text: &str, indent: usize) -> String {
             line.push(' ');
             line.push_str(word);
         } else {
-            lines.push(" ".repeat(indent + 4) + word);
+            lines.push(" ".repeat(indent) + word);
         }
     }
     lines.join("\n") + "\n"
@@ -202,7 +203,7 @@ mod tests {
         let other = own.replace("| `--seed", "| another `--seed");
         assert_ne!(other, page(&other).unwrap());
         let own = workspace::read(PYTHON).unwrap();
-        let other = own.replace("\n    seed: ", "\n    seed: another ");
+        let other = own.replace("\n    seed\n        ", "\n    seed\n        another ");
         assert_ne!(other, python(&other).unwrap());
     }
 

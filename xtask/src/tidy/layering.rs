@@ -74,7 +74,7 @@ const HOMES: [(&str, &[&str]); 45] = [
     ("signal-hook", &["tools/sonel-console"]),
     ("smallvec", &["crates/sonel-geometry", "crates/sonel-renderer"]),
     ("sofar", &["crates/sonel-sound"]),
-    ("spade", &["crates/sonel-geometry"]),
+    ("spade", &["crates/sonel-geometry", "crates/sonel-sound"]),
     ("statrs", &["crates/sonel-testkit"]),
     ("tempfile", &["crates/sonel/", "tools/", "crates/sonel-testkit"]),
     ("tiny_http", &["tools/sonel-view"]),

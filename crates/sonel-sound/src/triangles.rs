@@ -1,0 +1,128 @@
+//! Triangles between directions: the convex hull of their unit vectors, for barycentric weights.
+//!
+//! A stereographic projection takes circles to circles, so the triangles are those of a Delaunay triangulation in the plane. Its centre is one of the
+//! directions, which has the triangles over the border of the others.
+
+use glam::DVec3;
+use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
+
+/// Directions closer to the centre of projection than this are the same one: 1 − cos.
+const SAME: f64 = 1e-10;
+
+/// Triangles that surround the origin.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Triangles(Vec<Triangle>);
+
+/// Three directions.
+#[derive(Debug, Clone, PartialEq)]
+struct Triangle {
+    corners: [usize; 3],
+    /// Rows of the inverse of the matrix whose columns are the corners.
+    inverse: [DVec3; 3],
+}
+
+/// Weights of three directions.
+pub type Weights = [(usize, f64); 3];
+
+struct Projected {
+    index: usize,
+    place: Point2<f64>,
+}
+
+impl HasPosition for Projected {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        self.place
+    }
+}
+
+impl Triangles {
+    /// Between unit vectors of which no half of a sphere is free.
+    pub fn new(directions: &[DVec3]) -> Self {
+        let centre = directions[0];
+        let (x, y) = centre.any_orthonormal_pair();
+        let mut plane = DelaunayTriangulation::<Projected>::new();
+        for (index, direction) in directions.iter().enumerate().skip(1) {
+            let depth = 1.0 - direction.dot(centre);
+            if depth > SAME {
+                let place = Point2::new(direction.dot(x) / depth, direction.dot(y) / depth);
+                plane.insert(Projected { index, place }).expect("a finite point");
+            }
+        }
+        let inner = plane.inner_faces().map(|face| face.vertices().map(|vertex| vertex.data().index));
+        let outer = plane.convex_hull().map(|edge| {
+            let [from, to] = edge.vertices().map(|vertex| vertex.data().index);
+            [0, from, to]
+        });
+        Self(inner.chain(outer).filter_map(|corners| Triangle::new(directions, corners)).collect())
+    }
+
+    /// Barycentric weights of a direction in the triangle that contains it.
+    pub fn weights(&self, u: DVec3) -> Weights {
+        let mut best = (f64::NEG_INFINITY, [0.0; 3], [0; 3]);
+        for triangle in &self.0 {
+            let weights = triangle.inverse.map(|row| row.dot(u));
+            let least = weights[0].min(weights[1]).min(weights[2]);
+            if least > best.0 {
+                best = (least, weights, triangle.corners);
+            }
+            // Others contain it at most at a border.
+            if least >= 0.0 {
+                break;
+            }
+        }
+        let weights = best.1.map(|weight| weight.max(0.0));
+        let sum: f64 = weights.iter().sum();
+        std::array::from_fn(|corner| (best.2[corner], weights[corner] / sum))
+    }
+}
+
+impl Triangle {
+    /// None where the corners are one.
+    fn new(directions: &[DVec3], corners: [usize; 3]) -> Option<Self> {
+        let [a, b, c] = corners.map(|corner| directions[corner]);
+        let inverse = [b.cross(c), c.cross(a), a.cross(b)].map(|row| row / a.dot(b.cross(c)));
+        inverse.iter().all(|row| row.is_finite()).then_some(Self { corners, inverse })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    /// A grid of 10°, whose quadrangles lie in planes, has its own directions with weight 1 and all others between neighbours.
+    #[test]
+    fn weights_are_those_of_the_surrounding_directions() {
+        let grid: Vec<DVec3> = (-8..=9)
+            .flat_map(|row| (0..if row == 9 { 1 } else { 36 }).map(move |column| (row, column)))
+            .map(|(row, column)| {
+                let (sine, cosine) = (f64::from(row) * PI / 18.0).sin_cos();
+                let (y, x) = (f64::from(column) * PI / 18.0).sin_cos();
+                DVec3::new(cosine * x, cosine * y, sine)
+            })
+            .collect();
+        let triangles = Triangles::new(&grid);
+        for (index, direction) in grid.iter().enumerate() {
+            let own = triangles
+                .weights(*direction)
+                .iter()
+                .find(|(corner, _)| *corner == index)
+                .map(|(_, own)| *own);
+            assert!(own.is_some_and(|own| own > 1.0 - 1e-9), "{index}: {own:?}");
+        }
+        let mut draw = sonel_testkit::uniform::Uniform::new(7);
+        for _ in 0..2000 {
+            let z = draw.between(-0.98, 1.0);
+            let (y, x) = draw.between(0.0, 2.0 * PI).sin_cos();
+            let u = DVec3::new((1.0 - z * z).sqrt() * x, (1.0 - z * z).sqrt() * y, z);
+            let weights = triangles.weights(u);
+            let mean: DVec3 = weights.iter().map(|(corner, weight)| *weight * grid[*corner]).sum();
+            assert!(mean.normalize().distance(u) < 1e-9, "{u}: {weights:?}");
+            for (corner, _) in weights {
+                assert!(grid[corner].dot(u) > (15.0_f64).to_radians().cos(), "{u}: {weights:?}");
+            }
+        }
+    }
+}
