@@ -146,6 +146,12 @@ impl<'py> Keywords<'py> {
         Ok(self.0.get_item(name)?.filter(|value| !value.is_none()))
     }
 
+    /// Texts.
+    pub fn texts(&self, name: &str) -> PyResult<Option<Vec<String>>> {
+        let texts = self.get(name)?.map(|given| given.extract());
+        texts.transpose().map_err(|_| refused(format!("`{name}` is neither a text nor a list of texts")))
+    }
+
     /// A number.
     pub fn number(&self, name: &str) -> PyResult<Option<f64>> {
         let Some(given) = self.get(name)? else { return Ok(None) };

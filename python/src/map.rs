@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use sonel::{Air, Estimator, Mode, Observer, RenderOptions, Severity, Spectral, TraceOptions};
+use sonel::{Air, Audience, Estimator, Mode, Observer, RenderOptions, Severity, Spectral, TraceOptions};
 use sonel_console::output::{Kind, Output};
 
 use crate::convert::{Keywords, Receiver, object, receiver};
@@ -146,6 +146,23 @@ impl Map {
     }
 }
 
+/// Keywords `audience`, `spacing` and `height`.
+fn audience(k: &Keywords<'_>) -> PyResult<Option<Audience>> {
+    let (spacing, height) = (k.number("spacing")?, k.number("height")?);
+    let Some(materials) = k.texts("audience")? else {
+        return match spacing.or(height) {
+            Some(_) => Err(crate::convert::refused("`spacing` and `height` are of `audience`: give it, too")),
+            None => Ok(None),
+        };
+    };
+    let default = Audience::of(materials);
+    Ok(Some(Audience {
+        spacing: spacing.unwrap_or(default.spacing),
+        height: height.unwrap_or(default.height),
+        ..default
+    }))
+}
+
 fn render_options(k: &Keywords<'_>) -> PyResult<RenderOptions> {
     let default = RenderOptions::default();
     let (temperature, humidity) = (k.number("temperature")?, k.number("humidity")?);
@@ -177,6 +194,7 @@ fn render_options(k: &Keywords<'_>) -> PyResult<RenderOptions> {
         materials: k.text("materials")?.map(PathBuf::from),
         set: k.changes()?,
         grid: k.parsed("grid")?,
+        audience: audience(k)?,
         shard: None,
         until: k.parsed("until")?,
         at_most: k.time("at_most")?,

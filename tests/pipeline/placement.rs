@@ -30,7 +30,8 @@ fn a_grid_from_wall_to_wall_leaves_out_what_is_no_place() {
         ),
         "{log}"
     );
-    let left_out = json!({ "on_surfaces": 18, "in_closed_objects": 0, "outside": 5, "at_sources": 1 });
+    let left_out =
+        json!({ "on_surfaces": 18, "in_closed_objects": 0, "outside": 5, "at_sources": 1, "below_faces": 0 });
     assert_eq!(told["grid"], json!({ "points": 35, "left_out": left_out }));
     assert_eq!(response(&folder, "a.npz").receivers(), 11);
     let nowhere =
@@ -116,5 +117,41 @@ fn partitions_and_solids_of_meshes_are_no_places() {
             log.contains("grid points are left out: ") && log.contains("1 inside closed objects"),
             "{log}"
         );
+    }
+}
+
+/// The seats of the hall rise on the stalls and lie on a balcony, under which the rear of the stalls is.
+#[test]
+fn an_audience_is_covered_on_slopes_and_balconies_and_drawn_as_a_map() {
+    let folder = TestFolder::with("");
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/hall/scene.toml");
+    let line =
+        ["sonel-trace", scene, "-o", &folder.path("a.sonelmap").display().to_string()].map(str::to_owned);
+    let line = line.into_iter().chain(["--packets", "100"].map(str::to_owned));
+    printed(|out| {
+        sonel_trace::run(&clap::Parser::try_parse_from(line.collect::<Vec<_>>())?, out, &mut Vec::new())
+    })
+    .expect("a valid scene");
+    let quick =
+        ["--spacing", "4", "--bin", "0.1", "--rays", "8", "--order", "1", "--effects", "-diffraction"];
+    let audience = |more: &[&str]| render(&folder, "a.sonelmap", "a.npz", &[more, &quick].concat());
+    audience(&["--audience", "seats"]).expect("seats");
+    let found = response(&folder, "a.npz");
+    assert_eq!(found.receiver_names[..2], ["seats 1", "seats 2"].map(str::to_owned));
+    let heights = found.receiver_positions.iter().map(|position| position[2]);
+    let [lowest, highest] = [heights.clone().fold(f64::MAX, f64::min), heights.fold(f64::MIN, f64::max)];
+    assert!(highest - lowest > 4.0, "{lowest} … {highest}");
+    let plot = folder.line("sonel-analyze", "a.npz", "a.svg", &["--what", "map", "--band", "1000"]);
+    let plot = [plot[..1].to_vec(), vec!["plot".into()], plot[1..].to_vec()].concat();
+    printed(|out| sonel_analyze::run(&clap::Parser::try_parse_from(plot)?, out, &mut Vec::new()))
+        .expect("a map");
+    assert!(folder.text("a.svg").contains("G, 1000 Hz"));
+    for (options, words) in [
+        (&["--audience", "seat"][..], "the scene has no material \"seat\"; it has \"seats\""),
+        (&["--audience", "seats", "--height", "-1"], "--height -1 m is not a length"),
+        (&["--audience", "seats", "--height", "50"], "14 below another face"),
+    ] {
+        let error = format!("{:#}", audience(options).expect_err("no audience"));
+        assert!(error.contains(words), "{error}");
     }
 }

@@ -180,6 +180,12 @@ pub enum Unsupported {
         /// [s].
         end: f64,
     },
+    /// Windows of the echo criterion are narrower than the bins.
+    #[error("time bins of {width_ms} ms are too wide for the echo criterion: use --bin 0.001 or below")]
+    BinsBeyondEchoes {
+        /// Widest bin [ms].
+        width_ms: f64,
+    },
     /// Nothing after the direct sound.
     #[error("no energy arrives after the direct sound")]
     NoReverberation,
@@ -373,6 +379,9 @@ pub enum NoInterval {
     /// The batches, which are single numbers, cannot hold what the echogram holds.
     #[error("the energy is below 1e-38 1/m², the least that the batches can hold")]
     TooQuiet,
+    /// Not read from batches.
+    #[error("this parameter is read from the time bins alone, which have no spread")]
+    NotOfBatches,
     /// The spread leaves the range of doubles.
     #[error("the spread of the batches is outside the range of 64-bit numbers")]
     BeyondNumbers,

@@ -10,7 +10,8 @@
 //! - `support`: stage support at receivers one metre from a source;
 //! - [`open_plan`]: parameters of open-plan offices;
 //! - [`modal`]: bands below the Schroeder frequency;
-//! - [`average`]: single numbers and means over receivers;
+//! - [`average`]: single numbers and means over receivers; [`seats`]: their standard deviations;
+//! - [`echo`]: the echo criterion of Dietsch and Kraak;
 //! - [`jackknife`] and [`student`]: their intervals over batches; [`outlier`]: when intervals are unreliable;
 //! - [`report`]: tables, CSV and JSON (docs/interface.md).
 //!
@@ -28,6 +29,7 @@ pub mod cell;
 pub mod comparison;
 pub mod decay;
 pub mod derived;
+pub mod echo;
 pub mod estimate;
 pub mod export;
 pub mod jackknife;
@@ -45,6 +47,7 @@ pub mod reading;
 pub mod receiver;
 pub mod regression;
 pub mod report;
+pub mod seats;
 pub mod sensitivity;
 mod skewness;
 pub mod sonels;

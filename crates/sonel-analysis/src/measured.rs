@@ -13,7 +13,13 @@ use crate::student::NORMAL_95;
 
 const NEEDED: [&str; 4] = ["receiver", "center_frequency_hz", "parameter", "value"];
 /// Parameters over all bands, which are left out.
-const WITHOUT_BAND: [&str; 3] = ["speech_transmission_index", "a_weighted_level_db", "speech_level_db"];
+const WITHOUT_BAND: [&str; 5] = [
+    "speech_transmission_index",
+    "a_weighted_level_db",
+    "speech_level_db",
+    "echo_criterion_speech",
+    "echo_criterion_music",
+];
 const PLACE: [&str; 3] = ["receiver_x_m", "receiver_y_m", "receiver_z_m"];
 
 /// A row.

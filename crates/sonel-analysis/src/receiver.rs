@@ -13,6 +13,7 @@ use sonel_echogram::{ArrivalKind, Response};
 use crate::batches::{self, Parts};
 use crate::decay::Echogram;
 use crate::derived::derived;
+use crate::echo;
 use crate::estimate::{Estimate, NoInterval, ParameterValue, Unsupported};
 use crate::listed;
 use crate::missing::{self, Bounds};
@@ -36,6 +37,8 @@ pub struct ReceiverParameters {
     pub speech_transmission_index: ParameterValue,
     /// A-weighted level of all bands of the source [dB re 20 µPa].
     pub a_weighted_level_db: ParameterValue,
+    /// Echo criteria, as [`crate::echo::ECHO_CRITERIA`].
+    pub echo: [ParameterValue; 2],
     /// Speech in noise; none without noise.
     pub in_noise: Option<SpeechInNoise>,
     /// Bands, ascending in frequency.
@@ -228,6 +231,7 @@ fn at_receiver(
             |levels| noise::a_weighted_db(&response.center_frequency_hz, levels),
             levels,
         ),
+        echo: echo::echo(response, s, r),
         in_noise: talk.zip(more).map(|(talk, more)| SpeechInNoise::of(&found, talk, more)),
         bands: found,
     }

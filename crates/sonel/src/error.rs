@@ -52,7 +52,7 @@ pub enum Error {
     #[error(transparent)]
     File(io::Error),
     /// Neither receivers were given nor does the scene have any.
-    #[error("no receivers: give receivers or `grid`")]
+    #[error("no receivers: give receivers, `grid` or `audience`")]
     NoReceivers,
     /// An [`Observer`](crate::Observer) stopped the work.
     #[error("stopped")]
@@ -153,7 +153,7 @@ pub fn with_options_spelled(text: &str, spell: impl Fn(&str) -> String) -> Strin
 }
 
 /// Fields of [`TraceOptions`](crate::TraceOptions) and [`RenderOptions`](crate::RenderOptions) that messages name.
-const OPTIONS: [&str; 25] = [
+const OPTIONS: [&str; 28] = [
     "packets",
     "seed",
     "batches",
@@ -173,6 +173,9 @@ const OPTIONS: [&str; 25] = [
     "set",
     "materials",
     "grid",
+    "audience",
+    "spacing",
+    "height",
     "bin",
     "order",
     "radius",

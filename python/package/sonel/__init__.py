@@ -766,6 +766,9 @@ class Map(_Managed):
         variant: str | None = None,
         materials: _Path | None = None,
         grid: str | Sequence[ArrayLike] | None = None,
+        audience: str | Sequence[str] | None = None,
+        spacing: float | None = None,
+        height: float | None = None,
         bin: float | None = None,  # noqa: A002 - the name of the option
         estimator: str | None = None,
         effects: str | None = None,
@@ -804,6 +807,9 @@ class Map(_Managed):
         grid
             Grid of receivers: each axis lo:hi:n or one number [m]. Points on surfaces, in solids or outside the room
             are left out.
+        audience
+            Receivers above every face of this material, or of several, `height` above the face (default 1.2 m) and
+            `spacing` apart (default 1 m), numbered "MATERIAL 1" …
         bin
             Width of a time bin [s]; at most 2²⁰ bins (default 0.001).
         estimator
@@ -854,6 +860,9 @@ class Map(_Managed):
             "variant": variant,
             "materials": None if materials is None else os.fspath(materials),
             "grid": grid if grid is None or isinstance(grid, str) else _grid(grid),
+            "audience": [audience] if isinstance(audience, str) else audience,
+            "spacing": spacing,
+            "height": height,
             "bin": bin,
             "estimator": estimator,
             "effects": effects,

@@ -1,6 +1,11 @@
 //! `sonel-analyze parameters`: parameters of every source at every receiver.
 
+mod seats;
+
 use std::io::Write;
+
+use anyhow::bail;
+use serde_json::json;
 
 use sonel_analysis::modal::ModalBands;
 use sonel_analysis::receiver::parameters_of;
@@ -17,17 +22,40 @@ use crate::open;
 /// When the response is unusable or `out` cannot be written.
 pub fn run(arguments: &Parameters, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let response = arguments.heard.heard(open::response(&arguments.response)?)?;
+    if !arguments.targets.is_empty() && arguments.format == Format::Csv {
+        bail!("--target prints no CSV: choose --format table or json");
+    }
     let parameters = parameters_of(&response, arguments.heard.talk().as_ref());
+    let shares = seats::shares(&arguments.targets, &parameters, response.metadata["volume_m3"].as_f64());
     match arguments.format {
+        Format::Table if arguments.mean => {
+            write!(out, "{}{}", report::means_table(&parameters, &title(&response)), seats::text(&shares))?;
+        }
+        Format::Csv if arguments.mean => report::means_csv(&parameters, &mut *out)?,
+        Format::Json if arguments.mean || !shares.is_empty() => {
+            let mut written = if arguments.mean {
+                json!({ "means": report::means_json(&parameters) })
+            } else {
+                report::json(&parameters)
+            };
+            if !shares.is_empty() {
+                written["targets"] = seats::json(&shares);
+            }
+            writeln!(out, "{written:#}")?;
+        }
         Format::Table => {
             write!(
                 out,
                 "{}",
                 report::table(&parameters, &title(&response), arguments.heard.noise.is_some())
             )?;
+            write!(out, "{}", seats::text(&shares))?;
         }
         Format::Csv => report::csv(&parameters, &mut *out)?,
         Format::Json => writeln!(out, "{:#}", report::json(&parameters))?,
+    }
+    if arguments.mean {
+        return Ok(Outcome::Done);
     }
     if parameters.len() > response.sources() {
         writeln!(

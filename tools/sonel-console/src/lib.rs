@@ -175,7 +175,9 @@ pub fn spelled(error: sonel::Error) -> anyhow::Error {
     match error {
         error if error.is_out_of_memory() => error.into(),
         sonel::Error::NoReceivers => {
-            anyhow::anyhow!("no receivers: give --receiver NAME=x,y,z, --receivers FILE or --grid X,Y,Z")
+            anyhow::anyhow!(
+                "no receivers: give --receiver NAME=x,y,z, --receivers FILE, --grid X,Y,Z or --audience MATERIAL"
+            )
         }
         error => anyhow::anyhow!("{}", in_words(&error.to_string())),
     }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Parser;
-use sonel::{Air, Change, Estimator, Grid, ReceiverPoint, RenderOptions, ShardRange, Targets};
+use sonel::{Air, Audience, Change, Estimator, Grid, ReceiverPoint, RenderOptions, ShardRange, Targets};
 use sonel_console::choices::{diffraction, estimator};
 use sonel_console::count::parse_count;
 use sonel_console::parse_threads;
@@ -53,7 +53,7 @@ pub struct Arguments {
     pub array: Option<PathBuf>,
     /// What a listener hears of --recording along a path, as SOURCE_walk.wav in the folder of --wav, instead of impulse responses: CSV with
     /// header time,x,y,z [s, m], straight lines between its points. Not with other receivers, --hrtf, --wav-match.
-    #[arg(long, value_name = "FILE.csv", requires_all = ["wav", "recording"], conflicts_with_all = ["receivers", "receivers_file", "grid", "shard", "hrtf", "wav_match"])]
+    #[arg(long, value_name = "FILE.csv", requires_all = ["wav", "recording"], conflicts_with_all = ["receivers", "receivers_file", "grid", "audience", "shard", "hrtf", "wav_match"])]
     pub path: Option<PathBuf>,
     /// Recording of one channel that every source sends along --path, from its first time on; converted to the rate of --wav.
     #[arg(long, value_name = "FILE.wav", requires = "path")]
@@ -72,6 +72,28 @@ pub struct Arguments {
     /// out.
     #[arg(long, value_name = "X,Y,Z", value_parser = str::parse::<Grid>, allow_hyphen_values = true)]
     pub grid: Option<Grid>,
+    /// Receivers above every face of this material, sloped ones too, numbered "MATERIAL 1" …; repeatable. Points as in --grid,
+    /// and those below another face, are left out.
+    #[arg(long, value_name = "MATERIAL")]
+    pub audience: Vec<String>,
+    /// Horizontal spacing of --audience [m].
+    #[arg(
+        long,
+        value_name = "METRES",
+        requires = "audience",
+        default_value_t = 1.0,
+        allow_negative_numbers = true
+    )]
+    pub spacing: f64,
+    /// Height of --audience above the face [m].
+    #[arg(
+        long,
+        value_name = "METRES",
+        requires = "audience",
+        default_value_t = 1.2,
+        allow_negative_numbers = true
+    )]
+    pub height: f64,
     /// Render only part I of N of the receivers, I from 1; sonel-analyze merge joins the parts. Not with --plan, --until,
     /// --wav [default: all].
     #[arg(long, value_name = "I/N", value_parser = parse_shard, conflicts_with_all = ["plan", "until", "wav"])]
@@ -192,6 +214,11 @@ impl Arguments {
             materials: self.materials.clone(),
             set: self.set.clone(),
             grid: self.grid.clone(),
+            audience: (!self.audience.is_empty()).then(|| Audience {
+                materials: self.audience.clone(),
+                spacing: self.spacing,
+                height: self.height,
+            }),
             shard: self.shard,
             until: self.until.clone(),
             at_most: self.at_most,

@@ -5,6 +5,7 @@ use std::io::Write;
 use sonel_acoustics::just_noticeable as noticeable;
 
 use crate::cell;
+use crate::echo::ECHO_CRITERIA;
 use crate::estimate::ParameterValue;
 use crate::receiver::ReceiverParameters;
 
@@ -56,6 +57,9 @@ pub fn csv(receivers: &[ReceiverParameters], out: impl Write) -> std::io::Result
         })?;
         let level = |_| noticeable::LEVEL_DB;
         write("", "a_weighted_level_db", &receiver.a_weighted_level_db, &level)?;
+        for (criterion, found) in ECHO_CRITERIA.iter().zip(&receiver.echo) {
+            write("", criterion.key, found, &|_| f64::NAN)?;
+        }
         if let Some(speech) = &receiver.in_noise {
             write("", "speech_level_db", &speech.level_db, &level)?;
             write("", "signal_to_noise_db", &speech.signal_to_noise_db, &level)?;
@@ -80,7 +84,8 @@ fn row(names: [&str; 4], estimate: &ParameterValue, just_noticeable: &dyn Fn(f64
         Ok(estimate) => {
             *value = estimate.value.to_string();
             *warning = estimate.warning.clone().unwrap_or_default();
-            *noticeable = just_noticeable(estimate.value).to_string();
+            let least = just_noticeable(estimate.value);
+            *noticeable = if least.is_nan() { String::new() } else { least.to_string() };
             match &estimate.interval {
                 Ok(interval) => [*low, *high] = interval.map(|limit| limit.to_string()),
                 Err(why) => *reason = why.to_string(),

@@ -5,6 +5,7 @@ use sonel_acoustics::just_noticeable as noticeable;
 use sonel_acoustics::noise::{NoiseCurve, RoomCriterion};
 
 use crate::average::{average, single_number};
+use crate::echo::ECHO_CRITERIA;
 use crate::estimate::ParameterValue;
 use crate::receiver::{BandParameters, ReceiverParameters, SpeechInNoise};
 
@@ -43,6 +44,10 @@ fn receiver(receiver: &ReceiverParameters) -> Value {
         ratings["rc"] = json!({ "rating": rating, "rumbles": rumbles, "hisses": hisses });
     }
     fields["noise_ratings"] = ratings;
+    for (criterion, found) in ECHO_CRITERIA.iter().zip(&receiver.echo) {
+        fields[criterion.key] = estimate(found);
+        fields[criterion.key]["limit"] = json!(criterion.limit);
+    }
     if let Some(SpeechInNoise { level_db, noise_level_db, signal_to_noise_db }) = &receiver.in_noise {
         fields["speech_level_db"] = level(level_db);
         fields["noise_level_db"] = json!(noise_level_db);

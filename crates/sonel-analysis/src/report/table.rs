@@ -5,6 +5,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use sonel_acoustics::noise::{NoiseCurve, RoomCriterion};
 
 use crate::average::single_number;
+use crate::echo::ECHO_CRITERIA;
 use crate::estimate::{ParameterValue, Unsupported};
 use crate::parameter::Parameter;
 use crate::receiver::{BandParameters, ReceiverParameters, SpeechInNoise};
@@ -53,6 +54,10 @@ fn block(receiver: &ReceiverParameters, title: &str, noise: &str, notes: &mut No
             "speech [dB(A)]: {speech}; noise [dB(A)]: {noise_level_db:.1}; signal-to-noise ratio [dB]: {ratio}\n"
         ));
     }
+    let echoes = ECHO_CRITERIA.iter().zip(&receiver.echo).map(|(criterion, found)| {
+        format!("{} {} (limit {:.1})", criterion.name, cell(found, 1.0, notes), criterion.limit)
+    });
+    levels.push_str(&format!("echo criterion: {}\n", echoes.collect::<Vec<_>>().join("; ")));
     let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     format!(
         "{title}source \"{}\" at receiver \"{}\" ({x}, {y}, {z}) m\n{}\nspeech transmission index, {noise}: {speech}\n{levels}",
@@ -127,7 +132,7 @@ fn just_noticeable(parameters: &[Parameter]) -> Vec<String> {
     std::iter::once("JND".to_owned()).chain(differences).collect()
 }
 
-fn cell(estimate: &ParameterValue, factor: f64, notes: &mut Notes) -> String {
+pub(super) fn cell(estimate: &ParameterValue, factor: f64, notes: &mut Notes) -> String {
     let estimate = match estimate {
         Ok(estimate) => estimate,
         Err(reason) => return format!("–{}", notes.mark(&reason.to_string())),
@@ -146,7 +151,7 @@ fn cell(estimate: &ParameterValue, factor: f64, notes: &mut Notes) -> String {
 }
 
 /// Decimals that show two digits of the half-width, and no more than anybody can use.
-fn digits(value: f64, half: f64) -> usize {
+pub(super) fn digits(value: f64, half: f64) -> usize {
     let most = if value.abs() < 10.0 { 3 } else { 2 };
     let wanted = if half > 0.0 { 1.0 - libm::floor(libm::log10(half)) } else { f64::from(most) };
     wanted.clamp(1.0, f64::from(most)) as usize
@@ -157,7 +162,7 @@ const MARK: &str = " [";
 
 /// Remarks, numbered in the order they are first made. Those that differ in numbers alone share one.
 #[derive(Default)]
-struct Notes {
+pub(super) struct Notes {
     remarks: Vec<Remark>,
 }
 
@@ -167,7 +172,7 @@ struct Remark {
 }
 
 impl Notes {
-    fn mark(&mut self, remark: &str) -> String {
+    pub(super) fn mark(&mut self, remark: &str) -> String {
         let index =
             self.remarks.iter().position(|known| without_numbers(&known.first) == without_numbers(remark));
         let index = index.unwrap_or_else(|| {
@@ -179,7 +184,7 @@ impl Notes {
         format!("{MARK}{}]", index + 1)
     }
 
-    fn text(&self) -> String {
+    pub(super) fn text(&self) -> String {
         let line = |(index, remark): (usize, &Remark)| {
             let more = if remark.has_other_numbers { " (numbers of the first case)" } else { "" };
             format!("[{}] {}{more}\n", index + 1, remark.first)

@@ -1,6 +1,6 @@
 //! Grids of receivers.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
 
@@ -13,6 +13,7 @@ use sonel_renderer::{ReceiverPoint, is_at_source};
 use sonel_scene::Scene;
 use sonel_study::response::receivers_of;
 
+use super::RenderOptions;
 use crate::observer::{Severity, Watch};
 use crate::{Error, Result};
 
@@ -40,7 +41,7 @@ pub struct Axis {
 }
 
 /// A response of so many receivers would take tens of gigabytes.
-const MOST_GRID_POINTS: f64 = 1e5;
+pub(super) const MOST_POINTS: f64 = 1e5;
 
 impl Axis {
     fn positions(&self) -> Vec<f64> {
@@ -59,10 +60,8 @@ impl Grid {
     /// When it has more than 100 000 points, or none.
     pub fn new(axes: [Axis; 3]) -> Result<Self, String> {
         let points: f64 = axes.iter().map(|axis| f64::from(axis.count)).product();
-        if points > MOST_GRID_POINTS {
-            return Err(format!(
-                "{points} points are more than {MOST_GRID_POINTS}: give fewer along an axis"
-            ));
+        if points > MOST_POINTS {
+            return Err(format!("{points} points are more than {MOST_POINTS}: give fewer along an axis"));
         }
         if axes.iter().any(|axis| axis.count == 0 || !axis.low.is_finite() || !axis.high.is_finite()) {
             return Err("a grid needs a point and finite ends on every axis".to_owned());
@@ -86,7 +85,7 @@ impl Grid {
     }
 }
 
-/// Points of a grid, and those left out because no receiver can stand there.
+/// Points of a grid or above an audience, and those left out because no receiver can stand there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct GridCounts {
     points: usize,
@@ -94,6 +93,7 @@ pub struct GridCounts {
     in_closed_objects: usize,
     outside: usize,
     at_sources: usize,
+    below_faces: usize,
 }
 
 /// Three axes, each `lo:hi:n` or one number: `10:60:6,1.2,10:60:6`.
@@ -126,22 +126,33 @@ fn parse_axis(text: &str) -> Option<Axis> {
     }
 }
 
-/// The `given` receivers and free points of `grid`, or those of the scene; of these the part `shard`. Grid points where no receiver can stand
-/// are left out, which is said.
+/// The `given` receivers and free points of the options' grid and audience, or those of the scene; of these the part of the shard. Points where
+/// no receiver can stand are left out, which is said.
 pub(super) fn gather(
     given: &[ReceiverPoint],
-    grid: Option<&Grid>,
-    shard: Option<ShardRange>,
+    options: &RenderOptions,
     scene: &Scene,
     geometry: &Geometry,
     watch: Watch<'_>,
 ) -> Result<(Vec<ReceiverPoint>, Option<GridCounts>)> {
     let mut receivers = given.to_vec();
     let mut counts = None;
-    if let Some(grid) = grid {
-        let (free, found) = free_points(grid.points(), scene, geometry);
+    if options.grid.is_some() || options.audience.is_some() {
+        let on_grid = options.grid.as_ref().map(Grid::points).unwrap_or_default();
+        let (mut free, mut found) = free_points(on_grid, scene, geometry);
+        if let Some(audience) = &options.audience {
+            let (above, below_faces) = audience.points(scene, geometry).map_err(Error::refused)?;
+            let (above, of_audience) = free_points(above, scene, geometry);
+            found = found.and(GridCounts {
+                points: of_audience.points + below_faces,
+                below_faces,
+                ..of_audience
+            });
+            free.extend(numbered(above));
+        }
         if free.is_empty() && receivers.is_empty() {
-            return Err(Error::refused(format!("`grid` has no free point: {found}")));
+            let option = if options.grid.is_some() { "grid" } else { "audience" };
+            return Err(Error::refused(format!("`{option}` has no free point: {found}")));
         }
         if free.len() < found.points {
             watch.say(Severity::Note, &found.to_string());
@@ -164,10 +175,20 @@ pub(super) fn gather(
             twice.join(", ")
         )));
     }
-    match shard {
+    match options.shard {
         Some(shard) => Ok((part(&receivers, shard)?, counts)),
         None => Ok((receivers, counts)),
     }
+}
+
+/// Receivers with a number behind their name, from 1 for each name.
+fn numbered(receivers: Vec<ReceiverPoint>) -> impl Iterator<Item = ReceiverPoint> {
+    let mut counts: HashMap<String, usize> = HashMap::new();
+    receivers.into_iter().map(move |receiver| {
+        let count = counts.entry(receiver.name.clone()).or_default();
+        *count += 1;
+        ReceiverPoint { name: format!("{} {count}", receiver.name), ..receiver }
+    })
 }
 
 /// The receivers of one shard.
@@ -206,10 +227,22 @@ fn free_points(
 }
 
 impl GridCounts {
+    /// Both together.
+    fn and(self, other: Self) -> Self {
+        Self {
+            points: self.points + other.points,
+            on_surfaces: self.on_surfaces + other.on_surfaces,
+            in_closed_objects: self.in_closed_objects + other.in_closed_objects,
+            outside: self.outside + other.outside,
+            at_sources: self.at_sources + other.at_sources,
+            below_faces: self.below_faces + other.below_faces,
+        }
+    }
+
     /// Points that are left out.
     #[must_use]
     pub fn left_out(self) -> usize {
-        self.on_surfaces + self.in_closed_objects + self.outside + self.at_sources
+        self.on_surfaces + self.in_closed_objects + self.outside + self.at_sources + self.below_faces
     }
 
     /// Counts as `--json` prints them.
@@ -221,6 +254,7 @@ impl GridCounts {
                 "in_closed_objects": self.in_closed_objects,
                 "outside": self.outside,
                 "at_sources": self.at_sources,
+                "below_faces": self.below_faces,
             },
         })
     }
@@ -233,6 +267,7 @@ impl Display for GridCounts {
             (self.in_closed_objects, "inside closed objects"),
             (self.outside, "outside the room"),
             (self.at_sources, "at a source"),
+            (self.below_faces, "below another face"),
         ];
         let left_out = self.left_out();
         let parts: Vec<String> = parts

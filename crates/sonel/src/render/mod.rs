@@ -1,5 +1,6 @@
 //! The rendering of a map: options, plan, response.
 
+mod audience;
 mod change;
 mod grid;
 mod job;
@@ -31,6 +32,7 @@ use crate::{Error, Map, Result};
 use job::{Job, Run};
 use until::{Finished, Goal};
 
+pub use audience::Audience;
 pub use change::Change;
 pub use grid::{Axis, Grid, GridCounts};
 pub use job::VERSION;
@@ -46,7 +48,7 @@ pub struct Rendered {
     pub classes: Vec<Vec<ClassShare>>,
     /// Why intervals deserve less trust, or are wider than those of another trace: a sentence each.
     pub warnings: Vec<String>,
-    /// Points of the grid, where one was asked for.
+    /// Points of the grid and above the audience, where they were asked for.
     pub grid: Option<GridCounts>,
     /// Whether the targets of `until` were reached; none without.
     pub is_reached: Option<bool>,
@@ -96,7 +98,7 @@ impl Rendered {
 }
 
 impl Map {
-    /// Renders echograms at `receivers` and the points of the options' grid; without any, at the receivers of the scene.
+    /// Renders echograms at `receivers` and the points of the options' grid and audience; without any, at the receivers of the scene.
     ///
     /// # Errors
     /// Options that are out of range or that the map does not support; a damaged map; a receiver on a surface; [`Error::Stopped`].
@@ -142,8 +144,7 @@ impl Map {
             let Changed { map, geometry, warnings } = self.changed(options)?;
             let scene = &map.header().scene;
             let settings = options.settings(scene)?;
-            let (shown, shard) = (options.grid.as_ref(), options.shard);
-            let (receivers, grid) = grid::gather(receivers, shown, shard, scene, &geometry, watch)?;
+            let (receivers, grid) = grid::gather(receivers, options, scene, &geometry, watch)?;
             let label = self.label();
             let opened = watch.seconds().1;
             Ok(PreparedRendering {

@@ -9,7 +9,7 @@ use sonel_scene::Scene;
 use sonel_study::target::Targets;
 
 use crate::feasible::wrong_memory;
-use crate::{Change, Error, Grid, Result};
+use crate::{Audience, Change, Error, Grid, Result};
 
 /// Options of a rendering.
 #[derive(Debug, Clone)]
@@ -42,6 +42,8 @@ pub struct RenderOptions {
     pub set: Vec<Change>,
     /// Further receivers. Points on surfaces, in solids or outside the room are left out.
     pub grid: Option<Grid>,
+    /// Further receivers above the faces of materials, numbered, such as "seats 1". Points without a place are left out as those of a grid.
+    pub audience: Option<Audience>,
     /// The part of the receivers that is rendered; by default all.
     pub shard: Option<ShardRange>,
     /// Adds rays until the intervals are as narrow as this.
@@ -87,6 +89,7 @@ impl Default for RenderOptions {
             materials: None,
             set: Vec::new(),
             grid: None,
+            audience: None,
             shard: None,
             until: None,
             at_most: None,
@@ -106,6 +109,7 @@ impl RenderOptions {
                 format!("`bin` {bin} s is no width of a time bin: give a width above 0 s, such as 0.001")
             }),
             wrong_memory(self.memory),
+            self.audience.as_ref().and_then(Audience::problem),
             at_most.map(|seconds| format!("`at_most` {seconds} s is no limit: give a time above 0 s")),
             (self.rays == Some(0)).then(|| "`rays` 0 gather nothing: give at least 1".to_owned()),
             (self.until.is_some() && self.shard.is_some())

@@ -2,8 +2,9 @@
 
 use serde_json::json;
 use sonel_acoustics::{eyring_time, mean_free_path, sabine_time};
-use sonel_analysis::average::{average, single_number};
+use sonel_analysis::average::single_number;
 use sonel_analysis::comparison::difference;
+use sonel_analysis::seats::spread;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_study::criteria::{Verdict, verdict};
 
@@ -66,13 +67,7 @@ fn mean(subject: &Subject, parameter: Parameter, hz: f64) -> ParameterValue {
         receiver.bands.iter().find(|band| band.center_frequency_hz.total_cmp(&hz).is_eq())
     });
     let values: Vec<&ParameterValue> = bands.map(|band| band.parameter(parameter)).collect();
-    // A receiver without a value does not take those of the others away.
-    let known = values.iter().copied().filter(|value| value.is_ok());
-    if known.clone().count() == 0 {
-        values.first().map_or_else(|| average([]), |first| (*first).clone())
-    } else {
-        average(known)
-    }
+    spread(&values).mean
 }
 
 /// Sabine's and Eyring's times beside T30 of every response.

@@ -1,0 +1,137 @@
+//! Means and standard deviations over receivers, as table, CSV and JSON.
+
+use std::io::Write;
+
+use comfy_table::{CellAlignment, Table, presets};
+use serde_json::{Value, json};
+
+use super::estimate;
+use super::table::{Notes, cell, digits};
+use crate::cell;
+use crate::receiver::ReceiverParameters;
+use crate::seats::{Spread, rows};
+
+/// Aligned text: a block per source, a row per band, each cell mean, half-width of its interval and standard deviation.
+#[must_use]
+pub fn means_table(parameters: &[ReceiverParameters], title: &str) -> String {
+    let mut notes = Notes::default();
+    let blocks: Vec<String> = parameters
+        .chunk_by(|a, b| a.source == b.source)
+        .map(|group| {
+            let rows = rows(group);
+            let mut table = Table::new();
+            table.load_preset(presets::NOTHING);
+            let headings = rows.iter().take(1).flat_map(|row| &row.spreads).map(|(parameter, _)| {
+                let (symbol, unit, _) = parameter.heading();
+                format!("{symbol} [{unit}]")
+            });
+            table.set_header(std::iter::once("f [Hz]".to_owned()).chain(headings));
+            for row in &rows {
+                let band = row.center_frequency_hz.map_or_else(|| "single".to_owned(), |hz| hz.to_string());
+                let cells = row
+                    .spreads
+                    .iter()
+                    .map(|(parameter, spread)| text(spread, parameter.heading().2, &mut notes));
+                table.add_row(std::iter::once(band).chain(cells));
+            }
+            for column in table.column_iter_mut() {
+                column.set_cell_alignment(CellAlignment::Right);
+            }
+            let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
+            let (source, count) = (&group[0].source, group.len());
+            format!("{title}source \"{source}\", mean over {count} receivers\n{}\n", lines.join("\n"))
+        })
+        .collect();
+    format!(
+        "{}\n±: half-width of the 95 % interval of the mean over these receivers; s: standard deviation between them\n{}",
+        blocks.join("\n"),
+        notes.text()
+    )
+}
+
+fn text(spread: &Spread, factor: f64, notes: &mut Notes) -> String {
+    let mean = cell(&spread.mean, factor, notes);
+    let Some(deviation) = spread.deviation.map(|deviation| factor * deviation) else { return mean };
+    let missing = match spread.of - spread.count {
+        0 => String::new(),
+        missing => notes.mark(&format!("{missing} of {} receivers have no value", spread.of)),
+    };
+    format!("{mean} s {deviation:.*}{missing}", digits(deviation, deviation))
+}
+
+/// Columns of [`means_csv`].
+const HEADER: [&str; 10] = [
+    "source",
+    "center_frequency_hz",
+    "parameter",
+    "mean",
+    "ci95_low",
+    "ci95_high",
+    "standard_deviation",
+    "receivers_with_value",
+    "receivers",
+    "reason",
+];
+
+/// A row per source, band and parameter; a row without a frequency is of single numbers.
+///
+/// # Errors
+/// When `out` cannot be written.
+pub fn means_csv(parameters: &[ReceiverParameters], out: impl Write) -> std::io::Result<()> {
+    let mut writer = ::csv::Writer::from_writer(out);
+    writer.write_record(HEADER)?;
+    for group in parameters.chunk_by(|a, b| a.source == b.source) {
+        for row in rows(group) {
+            for (parameter, spread) in row.spreads {
+                let interval = spread.mean.as_ref().ok().map(|mean| &mean.interval);
+                let end = |end: usize| {
+                    interval.and_then(|ends| ends.as_ref().ok()).map(|ends| ends[end].to_string())
+                };
+                let reason = match (&spread.mean, interval) {
+                    (Err(reason), _) => reason.to_string(),
+                    (_, Some(Err(reason))) => reason.to_string(),
+                    _ => String::new(),
+                };
+                writer.write_record([
+                    cell::of_name(&group[0].source).into_owned(),
+                    row.center_frequency_hz.map(|hz| hz.to_string()).unwrap_or_default(),
+                    parameter.key().to_owned(),
+                    spread.mean.as_ref().map(|mean| mean.value.to_string()).unwrap_or_default(),
+                    end(0).unwrap_or_default(),
+                    end(1).unwrap_or_default(),
+                    spread.deviation.map(|deviation| deviation.to_string()).unwrap_or_default(),
+                    spread.count.to_string(),
+                    spread.of.to_string(),
+                    reason,
+                ])?;
+            }
+        }
+    }
+    writer.flush()
+}
+
+/// `[{"source": …, "receivers": N, "bands": […], "single_numbers": {…}}]`, each parameter with `standard_deviation` and `receivers_with_value`.
+#[must_use]
+pub fn means_json(parameters: &[ReceiverParameters]) -> Value {
+    let of_source = |group: &[ReceiverParameters]| {
+        let (mut bands, mut single) = (Vec::new(), json!({}));
+        for row in rows(group) {
+            let mut fields = json!({});
+            for (parameter, spread) in &row.spreads {
+                let mut value = estimate(&spread.mean);
+                value["standard_deviation"] = json!(spread.deviation);
+                value["receivers_with_value"] = json!(spread.count);
+                fields[parameter.key()] = value;
+            }
+            match row.center_frequency_hz {
+                Some(hz) => {
+                    fields["center_frequency_hz"] = json!(hz);
+                    bands.push(fields);
+                }
+                None => single = fields,
+            }
+        }
+        json!({ "source": group[0].source, "receivers": group.len(), "bands": bands, "single_numbers": single })
+    };
+    parameters.chunk_by(|a, b| a.source == b.source).map(of_source).collect()
+}
