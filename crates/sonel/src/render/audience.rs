@@ -9,7 +9,8 @@ use sonel_geometry::Geometry;
 use sonel_renderer::ReceiverPoint;
 use sonel_scene::Scene;
 
-use super::grid::MOST_POINTS;
+/// A response of so many receivers would take tens of gigabytes.
+pub(super) const MOST_POINTS: f64 = 1e5;
 
 /// Receivers above every face of some materials.
 #[derive(Debug, Clone, PartialEq)]

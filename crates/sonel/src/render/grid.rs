@@ -13,7 +13,7 @@ use sonel_renderer::{ReceiverPoint, is_at_source};
 use sonel_scene::Scene;
 use sonel_study::response::receivers_of;
 
-use super::RenderOptions;
+use super::audience::{Audience, MOST_POINTS};
 use crate::observer::{Severity, Watch};
 use crate::{Error, Result};
 
@@ -39,9 +39,6 @@ pub struct Axis {
     /// Number of parts; 1 or more.
     pub count: u32,
 }
-
-/// A response of so many receivers would take tens of gigabytes.
-pub(super) const MOST_POINTS: f64 = 1e5;
 
 impl Axis {
     fn positions(&self) -> Vec<f64> {
@@ -126,21 +123,23 @@ fn parse_axis(text: &str) -> Option<Axis> {
     }
 }
 
-/// The `given` receivers and free points of the options' grid and audience, or those of the scene; of these the part of the shard. Points where
+/// The `given` receivers and free points of `grid` and `audience`, or those of the scene; of these the part of the shard. Points where
 /// no receiver can stand are left out, which is said.
 pub(super) fn gather(
     given: &[ReceiverPoint],
-    options: &RenderOptions,
+    grid: Option<&Grid>,
+    audience: Option<&Audience>,
+    shard: Option<ShardRange>,
     scene: &Scene,
     geometry: &Geometry,
     watch: Watch<'_>,
 ) -> Result<(Vec<ReceiverPoint>, Option<GridCounts>)> {
     let mut receivers = given.to_vec();
     let mut counts = None;
-    if options.grid.is_some() || options.audience.is_some() {
-        let on_grid = options.grid.as_ref().map(Grid::points).unwrap_or_default();
+    if grid.is_some() || audience.is_some() {
+        let on_grid = grid.map(Grid::points).unwrap_or_default();
         let (mut free, mut found) = free_points(on_grid, scene, geometry);
-        if let Some(audience) = &options.audience {
+        if let Some(audience) = audience {
             let (above, below_faces) = audience.points(scene, geometry).map_err(Error::refused)?;
             let (above, of_audience) = free_points(above, scene, geometry);
             found = found.and(GridCounts {
@@ -151,7 +150,7 @@ pub(super) fn gather(
             free.extend(numbered(above));
         }
         if free.is_empty() && receivers.is_empty() {
-            let option = if options.grid.is_some() { "grid" } else { "audience" };
+            let option = if grid.is_some() { "grid" } else { "audience" };
             return Err(Error::refused(format!("`{option}` has no free point: {found}")));
         }
         if free.len() < found.points {
@@ -175,7 +174,7 @@ pub(super) fn gather(
             twice.join(", ")
         )));
     }
-    match options.shard {
+    match shard {
         Some(shard) => Ok((part(&receivers, shard)?, counts)),
         None => Ok((receivers, counts)),
     }

@@ -144,7 +144,9 @@ impl Map {
             let Changed { map, geometry, warnings } = self.changed(options)?;
             let scene = &map.header().scene;
             let settings = options.settings(scene)?;
-            let (receivers, grid) = grid::gather(receivers, options, scene, &geometry, watch)?;
+            let (shown, audience) = (options.grid.as_ref(), options.audience.as_ref());
+            let (receivers, grid) =
+                grid::gather(receivers, shown, audience, options.shard, scene, &geometry, watch)?;
             let label = self.label();
             let opened = watch.seconds().1;
             Ok(PreparedRendering {
