@@ -278,6 +278,9 @@ impl Walk<'_> {
                 let weights: Vec<f64> = (begin..end).map(weight).collect();
                 let responses = self.late_responses(spot, along, equalizer.as_deref())?;
                 let of_channel = |response: Vec<f32>| {
+                    if response.is_empty() {
+                        return Vec::new();
+                    }
                     let first = begin.saturating_sub(response.len() - 1);
                     let heard = convolve(
                         &self.signal[first.min(self.signal.len())..end.min(self.signal.len())],
@@ -305,7 +308,7 @@ impl Walk<'_> {
         (sample(begin).floor() as usize, (sample(end).ceil() as usize + 1).min(self.samples))
     }
 
-    /// Late responses of all channels of a spot after a length of the path.
+    /// Late responses of all channels of a spot after a length of the path; empty ones where there is no late sound.
     fn late_responses(
         &self,
         spot: &Spot<'_>,
@@ -324,6 +327,9 @@ impl Walk<'_> {
             (self.path.place(along), &late),
             self.synthesizer.waves(self.s),
         );
+        if pulses.time.is_empty() {
+            return Ok(vec![Vec::new(); spot.channels()]);
+        }
         if let Spot::Microphone(microphone) = spot {
             pulses = microphones::displaced(&pulses, microphone, self.response.speed_of_sound)?;
         }

@@ -9,7 +9,8 @@ use sonel_sound::{Listener, Path, SoundSettings, Synthesizer, Waypoint, convolve
 use crate::{OCTAVES, PLACE, ROOM, SPEED, response};
 
 const RATE: u32 = 16_000;
-const SLOW: SoundSettings = SoundSettings { sample_rate_hz: RATE, ..ROOM };
+/// A large room: its waves are fewer, which is faster.
+const SLOW: SoundSettings = SoundSettings { sample_rate_hz: RATE, volume: Some(20_000.0), ..ROOM };
 /// Between the places of a path [m].
 const SPACING: f64 = 0.5;
 
