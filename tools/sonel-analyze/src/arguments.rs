@@ -136,9 +136,9 @@ pub struct IaccArguments {
     /// Binaural impulse responses: WAV files of two channels, left and right.
     #[arg(value_name = "IR_binaural.wav", required = true)]
     pub recordings: Vec<PathBuf>,
-    /// Print JSON.
-    #[arg(long)]
-    pub json: bool,
+    /// Table or JSON.
+    #[command(flatten)]
+    pub printed: Printed,
 }
 
 /// `tradeoff`.
@@ -253,11 +253,11 @@ pub struct Diff {
     #[arg(long, num_args = 2, value_names = ["RECEIVER", "RECEIVER"])]
     pub between: Vec<String>,
     /// After the summary, print everything that differs beyond noise.
-    #[arg(long, conflicts_with = "json")]
+    #[arg(long, conflicts_with_all = ["json", "format"])]
     pub list: bool,
-    /// Print JSON, with everything compared.
-    #[arg(long)]
-    pub json: bool,
+    /// Table or JSON.
+    #[command(flatten)]
+    pub printed: Printed,
 }
 
 impl Diff {
@@ -412,9 +412,9 @@ pub struct Inspect {
     /// A map or a response.
     #[arg(value_name = "MAP.sonelmap|RESPONSE.npz")]
     pub file: PathBuf,
-    /// Print JSON.
-    #[arg(long)]
-    pub json: bool,
+    /// Table or JSON.
+    #[command(flatten)]
+    pub printed: Printed,
 }
 
 /// `verify`.
@@ -448,6 +448,34 @@ pub struct Parameters {
     /// Speech, noise, and sources as one system.
     #[command(flatten)]
     pub heard: HeardArguments,
+}
+
+/// `--format` and `--json` of commands whose tables are not CSV.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct Printed {
+    /// Output format: table or json.
+    #[arg(long, value_enum, default_value_t = TableOrJson::Table)]
+    format: TableOrJson,
+    /// Print JSON: as --format json.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Printed {
+    /// Whether JSON is wanted.
+    #[must_use]
+    pub fn is_json(self) -> bool {
+        self.json || self.format == TableOrJson::Json
+    }
+}
+
+/// `--format` without CSV.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TableOrJson {
+    /// Aligned columns for people.
+    Table,
+    /// One JSON object.
+    Json,
 }
 
 /// `--format`.

@@ -27,7 +27,7 @@ pub fn run(arguments: &IaccArguments, out: &mut dyn Write) -> anyhow::Result<Out
         let found = sonel_sound::iacc(&open::recording(path)?).with_context(|| path.display().to_string())?;
         read.push((path.as_path(), found));
     }
-    if arguments.json {
+    if arguments.printed.is_json() {
         let all: Vec<Value> = read.iter().map(|(path, found)| of_file(path, found)).collect();
         writeln!(out, "{}", json!({ "recordings": all }))?;
     } else {

@@ -20,7 +20,7 @@ pub fn run(arguments: &Inspect, out: &mut dyn Write) -> anyhow::Result<Outcome> 
         Artifact::Response(response) => (response::json(&response), response::text(&response)),
         Artifact::Map(walked) => (map::json(&walked), map::text(&walked)),
     };
-    if arguments.json {
+    if arguments.printed.is_json() {
         writeln!(out, "{json:#}")?;
     } else {
         write!(out, "{text}")?;

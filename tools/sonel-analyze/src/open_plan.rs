@@ -38,7 +38,7 @@ pub fn run(arguments: &OpenPlan, out: &mut dyn Write, log: &mut dyn Write) -> an
         offices.push(office);
     }
     let losses: Vec<Losses> = offices[1..].iter().map(|office| Losses::of(&offices[0], office)).collect();
-    if arguments.json {
+    if arguments.printed.is_json() {
         let mut all: Vec<Value> = offices.iter().map(Office::object).collect();
         match &all[..] {
             [_] => writeln!(out, "{:#}", all.remove(0))?,

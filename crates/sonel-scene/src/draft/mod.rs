@@ -5,6 +5,7 @@ mod proposal;
 mod purpose;
 mod shoebox;
 
+use std::collections::HashSet;
 use std::fmt::Write;
 use std::io;
 
@@ -15,7 +16,9 @@ use crate::document::quoted;
 use crate::formats;
 use crate::load::attempt;
 use crate::notation::number;
+use crate::obj::Polygons;
 use crate::scene::default_duration;
+use crate::sections::walls::UNITS;
 use crate::{Place, Problem, Scene, SceneErrors};
 use proposal::table;
 pub use purpose::Purpose;
@@ -99,13 +102,27 @@ pub fn draft(
     }
     text += &duration(&tried.scene, &geometry);
     let up = tried.scene.up;
-    let source = free_place(&geometry, up, SOURCE_HEIGHT, &[])
-        .ok_or_else(|| whole("no free place for a source".to_owned()))?;
-    let receiver = free_place(&geometry, up, RECEIVER_HEIGHT, &[source]);
+    let [mut sources, mut receivers] =
+        ["source", "receiver"].map(|kind| named_points(&polygons, options, up, kind));
+    for (name, _) in sources.iter().chain(&receivers) {
+        notes.push(format!("\"{name}\": at its node in the file"));
+    }
+    if sources.is_empty() {
+        let place = free_place(&geometry, up, SOURCE_HEIGHT, &[])
+            .ok_or_else(|| whole("no free place for a source".to_owned()))?;
+        sources.push(("source".to_owned(), place));
+    }
+    if receivers.is_empty() {
+        let taken: Vec<DVec3> = sources.iter().map(|(_, place)| *place).collect();
+        let place = free_place(&geometry, up, RECEIVER_HEIGHT, &taken);
+        receivers.extend(place.map(|place| ("receiver".to_owned(), place)));
+    }
     text += &tables;
-    let _ = write!(text, "\n[[sources]]\nname = \"source\"\nposition = {}\n", vector(source));
-    if let Some(receiver) = receiver {
-        let _ = write!(text, "\n[[receivers]]\nname = \"receiver\"\nposition = {}\n", vector(receiver));
+    for (kind, points) in [("sources", sources), ("receivers", receivers)] {
+        for (name, place) in points {
+            let (name, place) = (quoted(&name), vector(place));
+            let _ = write!(text, "\n[[{kind}]]\nname = {name}\nposition = {place}\n");
+        }
     }
     Ok(Draft { text: head + &text, warnings, notes })
 }
@@ -119,6 +136,27 @@ fn duration(scene: &Scene, geometry: &Geometry) -> String {
             default_duration(time)
         )
     })
+}
+
+/// Points of the file whose names begin with `kind`, in metres and the axes of the scene.
+fn named_points(
+    polygons: &Polygons,
+    options: &DraftOptions<'_>,
+    up: DVec3,
+    kind: &str,
+) -> Vec<(String, DVec3)> {
+    let stated = options.unit.and_then(|unit| UNITS.into_iter().find(|(name, _)| *name == unit));
+    let length = stated.map(|(_, length)| length).or(polygons.terms.unit.map(|(length, _)| length));
+    let is_turned = polygons.terms.is_y_up && options.up.is_none() && up == DVec3::Z;
+    let place = |point: DVec3| {
+        let DVec3 { x, y, z } = point;
+        let turned = if is_turned { DVec3::new(x, -z, y) } else { point };
+        // Files hold single precision; a tenth of a millimetre is nearer than anybody places a source.
+        (turned * length.unwrap_or(1.0) * 1e4).round() / 1e4
+    };
+    let mut seen = HashSet::new();
+    let of_kind = polygons.points.iter().filter(|(name, _)| name.to_lowercase().starts_with(kind));
+    of_kind.filter(|(name, _)| seen.insert(name)).map(|(name, point)| (name.clone(), place(*point))).collect()
 }
 
 /// A free place at a height [m] over the lowest point, or somewhere in between; `taken` are the positions of sources.

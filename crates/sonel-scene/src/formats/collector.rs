@@ -16,6 +16,8 @@ pub(crate) struct Collector {
     indices_of_names: HashMap<String, usize>,
     /// Place of the first face without area, and their count.
     flat: Option<(usize, usize)>,
+    /// Names and positions of points.
+    pub(crate) points: Vec<(String, DVec3)>,
     /// Places and remarks.
     pub(crate) notes: Vec<(usize, String)>,
     pub(crate) problems: Vec<LineProblem>,
@@ -31,6 +33,7 @@ impl Collector {
             names: Vec::new(),
             indices_of_names: HashMap::new(),
             flat: None,
+            points: Vec::new(),
             notes: Vec::new(),
             problems: Vec::new(),
         }
@@ -86,7 +89,7 @@ impl Collector {
         if !self.problems.is_empty() {
             return Err(self.problems);
         }
-        let Self { terms, vertices, corners, faces, names, notes, .. } = self;
-        Ok(Polygons { vertices: vertices.positions, corners, faces, names, notes, terms })
+        let Self { terms, vertices, corners, faces, names, points, notes, .. } = self;
+        Ok(Polygons { vertices: vertices.positions, corners, faces, names, points, notes, terms })
     }
 }

@@ -3,6 +3,7 @@
 //! The `gltf` crate reads and checks the JSON; accessors are read here with every bound checked, because
 //! its `utils` panic on wrong counts or strides. Lengths are metres and y is up,
 //! as the format demands. The material names the surface, else its node, else its mesh.
+//! Named nodes without a mesh are points: a first scene file has sources and receivers there.
 //!
 //! Reference: [Khronos2021] (docs/references.md).
 
@@ -134,6 +135,9 @@ impl Reader<'_> {
                     self.collector.problem(0, format!("mesh {}: {message}", mesh.index()));
                 }
             }
+        }
+        if let (None, Some(name)) = (node.mesh(), node.name()) {
+            self.collector.points.push((name.to_owned(), transform.transform_point3(DVec3::ZERO)));
         }
         for child in node.children() {
             self.node(&child, transform, depth + 1);

@@ -1,6 +1,6 @@
 //! PLY files: polygons over vertices, text or binary, read by `ply-rs-bw`.
 //!
-//! The material is named by the colour of a face, else by that of its vertices where all have the same (`#rrggbb`), else by
+//! The material is named by the layer of a face (I-Simpa: `layer_id`, and an element `layer` of names), else by its colour, else by that of its vertices where all have the same (`#rrggbb`), else by
 //! the face's `material_index`; a file without any names `walls`.
 
 use glam::{DVec3, dvec3};
@@ -17,6 +17,8 @@ struct Row {
     position: [Option<f64>; 3],
     color: [Option<u8>; 3],
     material: Option<i64>,
+    layer: Option<i64>,
+    layer_name: Option<String>,
     corners: Option<Vec<i64>>,
     has_strips: bool,
 }
@@ -35,6 +37,8 @@ impl PropertyAccess for Row {
             "green" | "diffuse_green" => self.color[1] = property.to_u8_color_lossy(),
             "blue" | "diffuse_blue" => self.color[2] = property.to_u8_color_lossy(),
             "material_index" => self.material = number(&property).map(|index| index as i64),
+            "layer_id" => self.layer = number(&property).map(|index| index as i64),
+            "layer_name" => self.layer_name = list(property).map(|bytes| text(&bytes)),
             "vertex_indices" | "vertex_index" => self.corners = list(property),
             "tristrips" | "vertex_strips" => self.has_strips = true,
             _ => return PropertyAccessResult::Ignored,
@@ -67,6 +71,12 @@ fn list(property: Property) -> Option<Vec<i64>> {
         Property::ListUInt(values) => values.into_iter().map(i64::from).collect(),
         _ => return None,
     })
+}
+
+/// Bytes of UTF-8, up to a zero.
+fn text(bytes: &[i64]) -> String {
+    let bytes: Vec<u8> = bytes.iter().map(|byte| *byte as u8).take_while(|byte| *byte != 0).collect();
+    String::from_utf8_lossy(&bytes).into_owned()
 }
 
 fn in_one_line(message: &str) -> String {
@@ -103,6 +113,8 @@ pub(super) fn read(mut bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
         file.payload.get_mut(name).map(std::mem::take).unwrap_or_default()
     };
     let (vertices, faces) = (rows(&mut file, "vertex"), rows(&mut file, "face"));
+    let layers: Vec<Option<String>> =
+        rows(&mut file, "layer").into_iter().map(|layer| layer.layer_name).collect();
     let mut collector =
         Collector::new(FileTerms { counts_lines: false, word: "colour", ..FileTerms::default() });
     let mut positions: Vec<DVec3> = Vec::new();
@@ -136,9 +148,23 @@ pub(super) fn read(mut bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
             continue;
         };
         let corners: Vec<DVec3> = found.iter().map(|index| positions[*index]).collect();
-        collector.face(&corners, &name(face, &found, &vertices), i + 1);
+        if let Some(layer) =
+            face.layer.filter(|layer| !layers.is_empty() && layer_of(&layers, *layer).is_none())
+        {
+            collector
+                .problem(i + 1, format!("no layer {layer}: the file names {}, counted from 0", layers.len()));
+            continue;
+        }
+        let layer = face.layer.and_then(|layer| layer_of(&layers, layer));
+        let name = layer.map_or_else(|| name(face, &found, &vertices), str::to_owned);
+        collector.face(&corners, &name, i + 1);
     }
     collector.finish()
+}
+
+/// The name of a layer.
+fn layer_of(layers: &[Option<String>], layer: i64) -> Option<&str> {
+    layers.get(usize::try_from(layer).ok()?)?.as_deref()
 }
 
 fn name(face: &Row, corners: &[usize], vertices: &[Row]) -> String {

@@ -16,6 +16,8 @@ pub(crate) struct Polygons {
     pub(crate) corners: Vec<u32>,
     pub(crate) faces: Vec<Face>,
     pub(crate) names: Vec<MaterialName>,
+    /// Names and positions of points that are neither vertices nor faces, such as nodes without a mesh.
+    pub(crate) points: Vec<(String, DVec3)>,
     /// Lines and what was done about them.
     pub(crate) notes: Vec<(usize, String)>,
     pub(crate) terms: FileTerms,
@@ -126,6 +128,7 @@ fn gather(models: &[tobj::Model], scan: Scan) -> Option<Polygons> {
         corners,
         faces,
         names: scan.names,
+        points: Vec::new(),
         notes: scan.notes,
         terms,
     })

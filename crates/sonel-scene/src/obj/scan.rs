@@ -164,10 +164,8 @@ impl Scanner {
         if words.len() < 3 {
             self.problem(line, format!("f: {} corners; a face has at least three", words.len()));
         }
-        let mut sorted = corners.clone();
-        sorted.sort_unstable();
-        if let Some(pair) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
-            self.problem(line, format!("f: vertex {} occurs twice; split the face", pair[0]));
+        if let Some(twice) = repeated(&corners) {
+            self.problem(line, format!("f: vertex {twice} occurs twice; split the face"));
         }
         self.scan.face_lines.push(line);
         self.faces.push('f');
@@ -238,4 +236,21 @@ fn shortened(word: &str) -> String {
         return word.to_owned();
     }
     word.chars().take(LONGEST).chain(['…']).collect()
+}
+
+/// A vertex that occurs twice in an outline but not at an end of a bridge to a hole, which is walked there and back: `a b … b a`.
+fn repeated(corners: &[u64]) -> Option<u64> {
+    let count = corners.len();
+    let mut sorted: Vec<(u64, usize)> = corners.iter().copied().zip(0..).collect();
+    sorted.sort_unstable();
+    let is_bridge = |i: usize, j: usize| {
+        let [after, before] =
+            [|at: usize, count: usize| (at + 1) % count, |at, count| (at + count - 1) % count];
+        let is_apart = j - i > 2 && i + count - j > 2;
+        is_apart
+            && (corners[after(i, count)] == corners[before(j, count)]
+                || corners[before(i, count)] == corners[after(j, count)])
+    };
+    let pairs = sorted.windows(2).filter(|pair| pair[0].0 == pair[1].0);
+    pairs.map(|pair| (pair[0], pair[1])).find(|(a, b)| !is_bridge(a.1, b.1)).map(|(a, _)| a.0)
 }

@@ -194,6 +194,42 @@ fn colours_name_the_surfaces_of_stl_and_ply() {
     assert!(refused("c.ply", ply.as_bytes()).contains("c.ply: colour #090807: no table"));
 }
 
+/// I-Simpa writes the layer of every face and the names of the layers.
+#[test]
+fn layers_name_the_surfaces_of_ply() {
+    let ply = |layer: u32| {
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
+             property list uchar int vertex_indices\nproperty int layer_id\nelement layer 2\n\
+             property list uchar uchar layer_name\nend_header\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2 {layer}\n5 102 108 111 111 114\n4 98 97 99 107\n"
+        )
+    };
+    let scene = loaded("c.ply", "", ply(0).as_bytes()).scene;
+    assert_eq!(scene.materials[scene.mesh.triangles[0].material as usize].name, "floor");
+    assert!(refused("c.ply", ply(1).as_bytes()).contains("back"));
+    assert!(refused("c.ply", ply(2).as_bytes()).contains("no layer 2: the file names 2, counted from 0"));
+}
+
+/// A polygon with a hole, drawn as one outline that walks a bridge to the hole there and back.
+#[test]
+fn a_keyhole_has_the_area_of_its_outline_less_that_of_its_hole() {
+    let vertices = "v 0 0 0\nv 6 0 0\nv 6 5 0\nv 0 5 0\nv 2 1 0\nv 2 3 0\nv 4 3 0\nv 4 1 0\nusemtl floor\n";
+    let mesh = loaded("k.obj", "", format!("{vertices}f 1 2 3 4 1 5 6 7 8 5\n").as_bytes()).scene.mesh;
+    let area = |triangle: u32| {
+        let [a, b, c] = mesh.corners(triangle);
+        0.5 * (b - a).cross(c - a).z
+    };
+    let areas: Vec<f64> = (0..mesh.triangles.len() as u32).map(area).collect();
+    assert!(
+        (areas.iter().sum::<f64>() - 26.0).abs() < 1e-9 && areas.iter().all(|area| *area > 0.0),
+        "{areas:?}"
+    );
+    for outline in ["1 2 3 4 2", "1 2 3 2 1 4", "1 1 2 3"] {
+        let said = refused("k.obj", format!("{vertices}f {outline}\n").as_bytes());
+        assert!(said.contains("occurs twice; split the face"), "{outline}: {said}");
+    }
+}
+
 #[test]
 fn groups_name_the_surfaces_of_obj_files_without_materials() {
     let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\ng floor\nf 1 2 3\nv 0 0 1\no walls\nf 1 2 4\n";

@@ -1,5 +1,6 @@
 //! Options of speech: `open-plan`, and levels of `parameters`.
 
+use super::Printed;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -33,7 +34,7 @@ pub struct OpenPlan {
     /// Workstation of the line; repeatable [default: all receivers].
     #[arg(long = "receiver", value_name = "NAME")]
     pub receivers: Vec<String>,
-    /// Print JSON.
-    #[arg(long)]
-    pub json: bool,
+    /// Table or JSON.
+    #[command(flatten)]
+    pub printed: Printed,
 }

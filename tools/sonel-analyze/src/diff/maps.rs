@@ -25,7 +25,7 @@ pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let (map_a, geometry_a) = open::checked_map(&arguments.a)?;
     let (map_b, geometry_b) = open::checked_map(arguments.other())?;
     if map_a.digest() == map_b.digest() {
-        if arguments.json {
+        if arguments.printed.is_json() {
             writeln!(out, "{:#}", json!({ "kind": "sonelmap", "same": true, "identical": true }))?;
         } else {
             writeln!(out, "identical: the maps are equal byte for byte")?;
@@ -38,7 +38,7 @@ pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let comparison = compare(a, b).with_context(|| {
         format!("cannot compare {} with {}", arguments.a.display(), arguments.other().display())
     })?;
-    if arguments.json {
+    if arguments.printed.is_json() {
         writeln!(out, "{:#}", to_json(&comparison, &changes))?;
     } else {
         write!(out, "{}", to_text(&comparison, &changes, arguments.list))?;

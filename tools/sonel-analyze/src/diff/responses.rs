@@ -54,7 +54,7 @@ pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
         );
     }
     let provenance = provenance(&a.metadata, &b.metadata);
-    if arguments.json {
+    if arguments.printed.is_json() {
         writeln!(out, "{:#}", to_json(&comparison, &provenance))?;
     } else {
         write!(out, "{}", to_text(&comparison, &provenance, arguments))?;

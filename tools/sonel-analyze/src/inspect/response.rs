@@ -13,6 +13,9 @@ const KINDS: [(ArrivalKind, &str); 3] = [
     (ArrivalKind::Edge, "edge"),
 ];
 
+/// Longest value of a key of the metadata that is printed as it is, in characters.
+const LONGEST: usize = 200;
+
 /// The response as JSON.
 pub fn json(response: &Response) -> Value {
     let station = |(name, position): (&String, &[f64; 3])| json!({ "name": name, "position_m": position });
@@ -82,7 +85,13 @@ pub fn text(response: &Response) -> String {
     }
     if let Value::Object(keys) = &response.metadata {
         for (key, value) in keys {
-            line(key, value.to_string());
+            let text = value.to_string();
+            match text.chars().count() {
+                count if count > LONGEST => {
+                    line(key, format!("{count} characters, which --format json prints"));
+                }
+                _ => line(key, text),
+            }
         }
     }
     text

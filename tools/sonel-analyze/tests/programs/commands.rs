@@ -252,10 +252,10 @@ fn a_response_is_read_in_every_format() {
     let printed = |options: &[&str]| analyze(&folder, &[options, &[RESPONSE]].concat()).done().out;
     let table = printed(&["parameters"]);
     assert!(table.starts_with("test room: source \"stage\" at receiver \"seat 12\""), "{table}");
-    // Its head, speech, the A-weighted level, and the parameters of one band.
+    // Its head, speech, the A-weighted level, two echo criteria, and the parameters of one band.
     assert_eq!(
         printed(&["parameters", "--format", "csv"]).lines().count(),
-        3 + sonel_analysis::Parameter::ALL.len()
+        5 + sonel_analysis::Parameter::ALL.len()
     );
     let json: Value = serde_json::from_str(&printed(&["parameters", "--format", "json"])).unwrap();
     let t30 = &json["receivers"][0]["bands"][0]["t30_s"]["value"];
