@@ -59,7 +59,6 @@ const WINDOW: f64 = 0.001;
 const ROUNDING: f64 = 1e-6;
 
 /// Values of [`ECHO_CRITERIA`] for source `s` at receiver `r`.
-#[must_use]
 pub fn echo(response: &Response, s: usize, r: usize) -> [ParameterValue; 2] {
     ECHO_CRITERIA.map(|criterion| {
         let windows = windows(response, s, r, &criterion)?;
