@@ -251,8 +251,8 @@ fn csv_has_a_row_per_figure_and_the_table_a_line_per_band() {
     let mut rows = Vec::new();
     report::csv(&parameters, &mut rows).unwrap();
     let rows = String::from_utf8(rows).unwrap();
-    // Head, speech and A-weighted level, and the bands.
-    assert_eq!(rows.lines().count(), 1 + 2 + 7 * Parameter::ALL.len());
+    // Head, speech, A-weighted level, two echo criteria, and the bands.
+    assert_eq!(rows.lines().count(), 1 + 4 + 7 * Parameter::ALL.len());
     assert!(rows.starts_with(
         "source,receiver,center_frequency_hz,parameter,value,ci95_low,ci95_high,warning,reason,just_noticeable_difference,"
     ));

@@ -234,11 +234,20 @@ pub fn parse_threads(text: &str) -> Result<usize, String> {
     }
 }
 
+/// Address space of a thread [bytes]: the 2 MiB stack of the standard library, and an eighth for what it needs to start.
+const THREAD_BYTES: usize = 9 << 18;
+
 /// Uses `threads` threads for all parallel work of this process; all cores where none is given.
 ///
 /// # Errors
 /// When the threads cannot be started.
 pub fn use_threads(threads: Option<usize>) -> anyhow::Result<()> {
+    // A thread that finds no room for its signal stack aborts the process: whether there is room is asked before.
+    if Vec::<u8>::new().try_reserve_exact(threads.unwrap_or(1) * THREAD_BYTES).is_err() {
+        anyhow::bail!(
+            "no memory for so many threads: take fewer --threads, or allow more memory (ulimit -v)"
+        );
+    }
     match rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build_global() {
         // Without a source: there are threads already.
         Err(error) if threads.is_some() || error.source().is_some() => anyhow::bail!(

@@ -271,7 +271,7 @@ fn bad_options_are_errors_and_help_has_an_example() {
         analyze(&folder, &["parameters", options[0], options[1], "nowhere.npz"]).refused();
     }
     for command in ["parameters", "inspect", "verify", "plot", "open-plan", "iacc"] {
-        assert!(analyze(&folder, &[command, "--help"]).done().out.contains("Example:"), "{command}");
+        assert!(analyze(&folder, &[command, "--help"]).done().out.contains("Example"), "{command}");
     }
     assert!(analyze(&folder, &["--help"]).done().out.contains("Example:"));
 }
