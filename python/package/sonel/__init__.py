@@ -808,8 +808,11 @@ class Map(_Managed):
             Grid of receivers: each axis lo:hi:n or one number [m]. Points on surfaces, in solids or outside the room
             are left out.
         audience
-            Receivers above every face of this material, or of several, `height` above the face (default 1.2 m) and
-            `spacing` apart (default 1 m), numbered "MATERIAL 1" …
+            Receivers above every face of this material, or of several, numbered "MATERIAL 1" …
+        spacing
+            Horizontal distance of the receivers of `audience` [m] (default 1).
+        height
+            Height of the receivers of `audience` above the faces [m] (default 1.2).
         bin
             Width of a time bin [s]; at most 2²⁰ bins (default 0.001).
         estimator
