@@ -3,7 +3,7 @@
 //! The map is rendered with a variant of every coefficient ([`crate::sensitivity`]); in each band, values and derivatives give a local
 //! model, whose least squares give the next coefficients, until they stay. What is minimised is Σ ((computed − measured)/σ)² +
 //! Σ ((y − y₀)/w)², where σ² is the variance of the measurement and of the computed value, y the logarithm of (α − τ)/(1 − α) or of
-//! s/(1 − s), and y₀ that of the map's coefficient. The last step is as long as noise makes it ([`certainty::settled_reduction`]); it is taken and
+//! s/(1 − s), and y₀ that of the map's coefficient. The last step is as long as noise makes it (`certainty::settled_reduction`); it is taken and
 //! not rendered again. Edges do not diffract in variants; what they do to each parameter is taken from one
 //! rendering of the map as it is. Coefficients that the paths of the map cannot carry ([`sonel_analysis::what_if`]) are traced anew.
 

@@ -1,6 +1,6 @@
 //! Line plots with intervals and plans, as SVG or PNG, and what they show of a response.
 //!
-//! A [`Sheet`] has rows of [`Panel`]s, a panel has two axes and any number of [`Series`]; [`svg`] and [`png`] draw it. Series of one name
+//! A [`Sheet`] has rows of [`Panel`]s, a panel has two axes and any number of [`Series`]; [`svg()`] and [`png()`] draw it. Series of one name
 //! have one colour and one entry in the legend of their row. Values that an axis cannot show (missing ones, those outside of its
 //! range, zero and less on a logarithmic axis) leave a gap. Intervals are bars where a series has points, and bands where it is a line.
 //!

@@ -223,7 +223,7 @@ impl<W: Write + Seek> ArchiveWriter<W> {
         Ok(out.write_all(&bytes)?)
     }
 
-    /// Completes the archive with a digest of all its arrays ([`ArchiveReader::check_digest`]) and returns what it was written to.
+    /// Completes the archive with a digest of all its arrays (`ArchiveReader::check_digest`) and returns what it was written to.
     ///
     /// # Errors
     /// When it cannot be written.

@@ -39,7 +39,7 @@ pub struct Rendering {
     pub total: Deposits,
     /// Each batch's own estimate at the coarse borders, deterministic arrivals included: [batch][receiver and column].
     pub batches: Vec<Vec<CoarseEchogram>>,
-    /// What kernels of half the area would have added to each of them: [batch][receiver and column], see [`crate::stochastic::kernel`].
+    /// What kernels of half the area would have added to each of them: [batch][receiver and column], see `stochastic::kernel`.
     pub kernel_differences: Vec<Vec<CoarseEchogram>>,
     /// Discrete arrivals that are listed, by receiver and length.
     pub arrivals: Vec<DiscreteArrival>,

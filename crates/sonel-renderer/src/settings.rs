@@ -28,7 +28,7 @@ pub struct RenderSettings {
     pub seed: Option<u64>,
     /// Attenuation by air.
     pub air: Air,
-    /// Whether energies by direction are added up beside the energy ([`crate::directions`]).
+    /// Whether energies by direction are added up beside the energy (`directions`).
     pub directions: bool,
     /// Whether edges diffract.
     pub edges: bool,

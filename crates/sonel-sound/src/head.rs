@@ -2,7 +2,7 @@
 //!
 //! They are the pressure at the ears over that at the centre of the head without the head, and are taken as the file has them: nothing is
 //! normalised, propagation delays that the file holds stay. They are converted to the sample rate of the impulse responses. A direction takes the weighted
-//! mean of the three measured directions around it ([`crate::triangles`]) at the largest measured distance, delays apart from what is left without them
+//! mean of the three measured directions around it (`triangles`) at the largest measured distance, delays apart from what is left without them
 //! ([`crate::alignment`]): the time between the ears changes without steps. Where nothing is measured within 30° of an axis of the head,
 //! the axis takes the mean of all measured directions, weighted by 1 / distance⁴.
 //!

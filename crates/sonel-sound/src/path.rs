@@ -30,7 +30,7 @@ impl Path {
     /// A path through these points: the listener is at the first one before its time and stays at the last one.
     ///
     /// # Errors
-    /// When there is no point, one is not finite, times do not rise, or the listener exceeds [`FASTEST`].
+    /// When there is no point, one is not finite, times do not rise, or the listener exceeds 100 m/s.
     pub fn new(points: Vec<Waypoint>) -> Result<Self, SoundError> {
         let refused = |number: usize, problem: String| SoundError::Path { number, problem };
         if points.is_empty() {

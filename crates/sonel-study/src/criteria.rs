@@ -5,7 +5,7 @@
 //!
 //! - `din18041-a1` … `a4`: reverberation time of [DIN18041] group A by volume V [m³], 0.45 lg V + 0.07 (music), 0.37 lg V − 0.14 (speech),
 //!   0.32 lg V − 0.17 (teaching), 0.26 lg V − 0.14 s (inclusive teaching), with the range of its figure 2 from 125 to 4000 Hz, occupied.
-//! - `bb93-primary`, `bb93-secondary`: at most 0.6 and 0.8 s as the mean of 500, 1000 and 2000 Hz [BB93], here in each of these octaves.
+//! - `bb93-primary`, `bb93-secondary`: at most 0.6 and 0.8 s as the mean of 500, 1000 and 2000 Hz \[BB93\], here in each of these octaves.
 //! - `ansi-s12.60`: at most 0.6 s up to 283 m³, 0.7 s up to 566 m³, at 500, 1000 and 2000 Hz [ANSIS12.60].
 //!
 //! References: docs/references.md.

@@ -5,7 +5,7 @@
 //!   E = Σ e_i e^(−m l_i) / A
 //!
 //! over the sonels on the same surface and side within h of the point, where A is the area of the disc clipped to the surface, as for
-//! visibility rays ([`crate::stochastic::gather`]). E is the time integral of the irradiance over a window, per unit emitted energy [1/m²]. Its bias is
+//! visibility rays (`stochastic::gather`). E is the time integral of the irradiance over a window, per unit emitted energy [1/m²]. Its bias is
 //! O(h²). First arrivals are sonels, so direct sound is included; energy behind edges is not.
 //!
 //! The map streams past once: chunks are read side by side, and every tile of the picture takes their sonels in the order of the file.
