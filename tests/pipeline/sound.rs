@@ -252,6 +252,29 @@ fn two_ears_are_those_of_the_head_and_a_file_that_is_no_head_is_refused_before_t
 }
 
 #[test]
+fn a_stored_response_makes_the_sound_that_its_rendering_made() {
+    let folder = rendered();
+    let sounds = folder.path("wav").display().to_string();
+    render(&folder, "a.sonelmap", "b.npz", &["--wav", &sounds, "--ambix", "1", "--wav-rate", "16000"])
+        .unwrap();
+    analyze(&folder, &["auralise", "b.npz", "--wav", "./again", "--ambix", "1", "--wav-rate", "16000"])
+        .unwrap();
+    for name in ["1-speaker_1-listener.wav", "1-speaker_1-listener_ambix1.wav"] {
+        assert_eq!(folder.bytes(&format!("wav/{name}")), folder.bytes(&format!("again/{name}")), "{name}");
+    }
+    analyze(&folder, &["auralise", "b.npz", "--wav", "./other", "--seed", "7"]).unwrap();
+    assert_ne!(folder.bytes("other/1-speaker_1-listener.wav"), folder.bytes(FILE));
+    let refused = |words: &[&str], part: &str| {
+        let message = format!("{:#}", analyze(&folder, &[&["auralise"], words].concat()).unwrap_err());
+        assert!(message.contains(part), "{message}");
+    };
+    refused(&["a.npz", "--wav", "./again", "--ambix", "1"], "a.npz: ");
+    refused(&["a.sonelmap", "--wav", "./again"], "is a sonel map");
+    refused(&["a.npz", "--wav", "a.npz"], "is not a folder");
+    refused(&["a.npz"], "--wav <DIR>");
+}
+
+#[test]
 fn the_table_holds_every_bin_of_the_response() {
     let folder = rendered();
     analyze(&folder, &["export", "a.npz", "-o", "table.csv"]).unwrap();

@@ -4,6 +4,7 @@ use std::io::{Read, Seek};
 use std::path::Path;
 
 use glam::DVec3;
+use serde_json::Value;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_echogram::{Response as Echograms, SourceChange};
 use sonel_sound::{Recording, measured};
@@ -23,10 +24,21 @@ pub struct Response {
 pub struct Surroundings {
     /// Volume of a closed room [m³].
     pub volume: Option<f64>,
-    /// Unit vector that points up; none of a response that was read from a file.
+    /// Unit vector that points up; none of a measured response.
     pub up: Option<DVec3>,
     /// Seed of the rendering.
     pub seed: u64,
+}
+
+impl Surroundings {
+    /// Unit vector that points up.
+    ///
+    /// # Errors
+    /// When the response does not state it.
+    pub fn upward(&self) -> Result<DVec3> {
+        let problem = "the response does not state which direction is up: render it again from its map";
+        self.up.ok_or_else(|| Error::refused(problem))
+    }
 }
 
 impl Response {
@@ -53,11 +65,15 @@ impl Response {
         Ok(Self::of_file(echograms))
     }
 
-    /// A response of a file, whose metadata state volume and seed.
+    /// A response of a file, whose metadata state volume, seed and which direction is up.
     fn of_file(echograms: Echograms) -> Self {
         let metadata = &echograms.metadata;
         let (volume, seed) = (metadata["volume_m3"].as_f64(), metadata["seed"].as_u64().unwrap_or(1));
-        let surroundings = Surroundings { volume, up: None, seed };
+        let up = metadata["up"].as_array().and_then(|axes| {
+            let axes: Vec<f64> = axes.iter().filter_map(Value::as_f64).collect();
+            DVec3::from_array(axes.try_into().ok()?).try_normalize()
+        });
+        let surroundings = Surroundings { volume, up, seed };
         Self::of(echograms, surroundings)
     }
 

@@ -8,7 +8,6 @@ use sonel_sound::{
     Head, Listener, Microphone, Path, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ, SoundSettings, Synthesizer,
 };
 
-use crate::response::Surroundings;
 use crate::{Error, ReceiverPoint, Response, Result};
 
 /// Channels of an impulse response.
@@ -92,30 +91,26 @@ impl Response {
 
     /// Settings of the synthesis, and the direction up.
     fn settings(&self, channels: Channels<'_>, options: SoundOptions) -> Result<(SoundSettings, DVec3)> {
-        let Surroundings { volume, up, seed: own } = self.surroundings();
+        let room = self.surroundings();
         let SoundOptions { seed, sample_rate_hz, is_matched } = options;
         if !SAMPLE_RATES_HZ.contains(&sample_rate_hz) {
             return Err(Error::refused(format!(
                 "the sample rate is {sample_rate_hz} Hz: give 8000 … 192000 Hz"
             )));
         }
-        let up = match (channels, up) {
-            (Channels::Single | Channels::Array(_), _) => DVec3::Z,
-            (_, Some(up)) => up,
-            (_, None) => {
-                return Err(Error::refused(
-                    "a loaded response does not state which direction is up: render it from its map for ambisonics and ears",
-                ));
-            }
+        let up = match channels {
+            Channels::Single | Channels::Array(_) => DVec3::Z,
+            Channels::Ambisonics(_) | Channels::Ears(_) => room.upward()?,
         };
-        Ok((SoundSettings { volume, seed: seed.unwrap_or(own), sample_rate_hz, is_matched }, up))
+        let (volume, seed) = (room.volume, seed.unwrap_or(room.seed));
+        Ok((SoundSettings { volume, seed, sample_rate_hz, is_matched }, up))
     }
 
     /// Impulse responses of all sources at all receivers, [S × R, channels, samples]: pressure synthesised from the energies. Direct
     /// sound is 1/r, sample 0 is the emission.
     ///
     /// # Errors
-    /// When the sample rate is out of range. When a microphone cannot be where it is. Where channels need directions: when the response was read from a file or has none.
+    /// When the sample rate is out of range. When a microphone cannot be where it is. Where channels need directions: when the response has none.
     pub fn impulse_responses(
         &self,
         channels: Channels<'_>,

@@ -10,6 +10,7 @@ use sonel_console::heard::HeardArguments;
 use sonel_console::parse_threads;
 use sonel_console::receiver::parse_receiver;
 use sonel_map::Mode;
+use sonel_render::SoundArguments;
 use sonel_renderer::{Estimator, ReceiverPoint};
 use sonel_study::criteria::Criterion;
 use sonel_study::effects::EffectSpec;
@@ -72,6 +73,8 @@ pub enum Command {
     Plot(Plot),
     /// Write one HTML file that opens offline: room, echograms, parameters, effects, provenance.
     Report(Report),
+    /// Write impulse responses of a response as WAV files, as sonel-render --wav does.
+    Auralise(Auralise),
     /// Convolve a recording with an impulse response of sonel-render --wav.
     Listen(Listen),
     /// Interaural cross-correlation (IACC) of binaural impulse responses: early, late and all, per octave.
@@ -102,6 +105,25 @@ pub struct Report {
     /// What stands above the page, and targets.
     #[command(flatten)]
     pub head: HeadArguments,
+}
+
+/// `auralise`.
+#[derive(Debug, Clone, Args)]
+#[command(mut_arg("wav", |wav| wav.required(true)), after_help = "Example:
+  sonel-render hall.sonelmap -o hall.npz --directions
+  sonel-analyze auralise hall.npz --wav impulses --ambix 3
+
+With the seed of the rendering the files are those of sonel-render --wav, byte for byte.")]
+pub struct Auralise {
+    /// A response written by sonel-render.
+    #[arg(value_name = "RESPONSE.npz")]
+    pub response: PathBuf,
+    /// Where impulse responses are written, and how.
+    #[command(flatten)]
+    pub sound: SoundArguments,
+    /// Seed of the waves of late sound [default: of the rendering].
+    #[arg(long, allow_negative_numbers = true)]
+    pub seed: Option<u64>,
 }
 
 /// `listen`.

@@ -1,6 +1,7 @@
 //! The library half of `sonel-analyze`: one module per subcommand.
 
 mod arguments;
+mod auralise;
 mod diff;
 mod export;
 mod fit;
@@ -26,8 +27,8 @@ use sonel::version::version;
 use sonel_console::{Log, Outcome, use_threads};
 
 pub use arguments::{
-    Arguments, Command, Diff, Export, FitArguments, Format, IaccArguments, Image, Inspect, Listen, Merge,
-    OptimiseArguments, Parameters, Plot, Report, Verify, What,
+    Arguments, Auralise, Command, Diff, Export, FitArguments, Format, IaccArguments, Image, Inspect, Listen,
+    Merge, OptimiseArguments, Parameters, Plot, Report, Verify, What,
 };
 
 /// Version of this program: the revision is that of what it renders.
@@ -53,6 +54,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         Command::Optimise(optimise) => optimise::run(optimise, arguments.quiet, out, log),
         Command::Plot(plot) => plot::run(plot, log),
         Command::Report(report) => report::run(report, log),
+        Command::Auralise(auralise) => auralise::run(auralise, log),
         Command::Listen(listen) => listen::run(listen, log),
         Command::Iacc(recordings) => iacc::run(recordings, out),
         Command::Tradeoff(tradeoff) => tradeoff::run(tradeoff, arguments.quiet, out, log),

@@ -61,10 +61,18 @@ pub fn artifact(path: &Path) -> anyhow::Result<Artifact> {
 /// # Errors
 /// When the file cannot be read or is no valid response.
 pub fn response(path: &Path) -> anyhow::Result<Response> {
+    Ok(response_with_room(path)?.into_echograms())
+}
+
+/// The response in `path`, with what its file states of the room.
+///
+/// # Errors
+/// When the file cannot be read or is no valid response.
+pub fn response_with_room(path: &Path) -> anyhow::Result<sonel::Response> {
     if kind(path)? == Kind::Map {
         bail!("{} is a sonel map: make a response from it with sonel-render", path.display());
     }
-    Ok(sonel::Response::open(path).map_err(spelled)?.into_echograms())
+    sonel::Response::open(path).map_err(spelled)
 }
 
 /// The map in `path`, its paths checked and walked.

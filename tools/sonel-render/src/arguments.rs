@@ -10,12 +10,13 @@ use sonel_console::parse_threads;
 use sonel_console::receiver::parse_receiver;
 use sonel_console::shard::parse_shard;
 use sonel_console::time::parse_time;
-use sonel_sound::ambisonics::MOST_ORDER;
-use sonel_sound::{SAMPLE_RATE_HZ, SAMPLE_RATES_HZ};
+
+use crate::sound::SoundArguments;
 
 /// Renders echograms at any receivers from a sonel map.
 #[derive(Debug, Clone, Parser)]
 #[command(
+    mut_arg("wav", |wav| wav.requires("output")),
     version = sonel::RENDERER_VERSION.as_str(),
     after_help = "Examples:\n  sonel-render room.sonelmap -o room.npz \\\n    --receiver \"seat 12=60,9,60\" --grid 10:60:6,1.2,10:60:6\n  \
                   sonel-render hall.sonelmap --plan\n  \
@@ -29,28 +30,9 @@ pub struct Arguments {
     /// Response to write; an existing one is replaced when the new one is complete. Optional with --plan.
     #[arg(short, long, value_name = "RESPONSE.npz", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
-    /// Folder for pressure impulse responses, a WAV file for each source and receiver: 32-bit float, direct sound
-    /// 1/r, sample 0 at the emission. Created if it does not exist.
-    #[arg(long, value_name = "DIR", requires = "output")]
-    pub wav: Option<PathBuf>,
-    /// Sample rate of --wav [Hz], 8000 to 192000. Responses are made at this rate; do not convert them like recordings.
-    #[arg(long, value_name = "HZ", requires = "wav", default_value_t = SAMPLE_RATE_HZ, value_parser = clap::value_parser!(u32).range(i64::from(*SAMPLE_RATES_HZ.start())..=i64::from(*SAMPLE_RATES_HZ.end())), allow_negative_numbers = true)]
-    pub wav_rate: u32,
-    /// Scale every band of --wav each 10 ms to the energies of the response: T30 and levels of one file are then those of the
-    /// response, not of the mean of many seeds alone. Direct sound is scaled too.
-    #[arg(long, requires = "wav")]
-    pub wav_match: bool,
-    /// Also write ambisonics of an order from 1 to 7 (ACN, SN3D: AmbiX) as NAME_ambix3.wav; implies --directions, needs --wav.
-    #[arg(long, value_name = "ORDER", requires = "wav", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_ORDER)), allow_negative_numbers = true)]
-    pub ambix: Option<u32>,
-    /// Also write binaural responses as NAME_binaural.wav, with the HRTF of FILE.sofa (SimpleFreeFieldHRIR). The head looks
-    /// along the receiver's aim, by default towards the first source. Implies --directions, needs --wav.
-    #[arg(long, value_name = "FILE.sofa", requires = "wav")]
-    pub hrtf: Option<PathBuf>,
-    /// Also write the channels of a microphone array about each receiver as NAME_array.wav: the file is one of --receivers, its
-    /// positions are relative to the receiver, in scene axes, within 1 m. Implies --directions, needs --wav.
-    #[arg(long, value_name = "FILE", requires = "wav")]
-    pub array: Option<PathBuf>,
+    /// Impulse responses.
+    #[command(flatten)]
+    pub sound: SoundArguments,
     /// What a listener hears of --recording along a path, as SOURCE_walk.wav in the folder of --wav, instead of impulse responses: CSV with
     /// header time,x,y,z [s, m], straight lines between its points. Not with other receivers, --hrtf, --wav-match.
     #[arg(long, value_name = "FILE.csv", requires_all = ["wav", "recording"], conflicts_with_all = ["receivers", "receivers_file", "grid", "audience", "shard", "hrtf", "wav_match"])]
@@ -206,10 +188,7 @@ impl Arguments {
             rays: self.rays,
             seed: self.seed,
             air: if self.no_air { Air::None } else { Air::State { temperature, humidity } },
-            directions: self.directions
-                || self.ambix.is_some()
-                || self.hrtf.is_some()
-                || self.array.is_some(),
+            directions: self.directions || self.sound.needs_directions(),
             variant: None,
             materials: self.materials.clone(),
             set: self.set.clone(),

@@ -18,12 +18,11 @@ use sonel_console::output::{self, Kind, Output};
 use sonel_console::progress::ProgressSink;
 use sonel_console::quantity::counted;
 use sonel_console::{Log, Outcome, use_threads};
-use sonel_sound::{SoundSettings, Synthesizer};
 
-use sound::SoundFiles;
 use walk::Walk;
 
 pub use arguments::Arguments;
+pub use sound::{SoundArguments, SoundFiles};
 
 /// Runs the program: data to `out`, everything else to `log`.
 ///
@@ -49,7 +48,12 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     let output = arguments.output.as_deref().map(create).transpose()?;
     let variants = variants(arguments, scene)?;
     let further = variants.iter().map(|(_, path)| create(path)).collect::<anyhow::Result<Vec<_>>>()?;
-    let sounds = SoundFiles::of(arguments, scene, prepared.receivers(), &inputs)?;
+    let names: Vec<&str> = prepared.receivers().iter().map(|receiver| receiver.name.as_str()).collect();
+    let sources: Vec<&str> = scene.sources.iter().map(|source| source.name.as_str()).collect();
+    let sounds = match &walk {
+        Some(_) => None,
+        None => SoundFiles::of(&arguments.sound, &sources, &names, &inputs)?,
+    };
     walk.as_ref().map(|walk| walk.check(&inputs)).transpose()?;
     let plan = arguments.plan.then(|| follower.result(prepared.plan(&follower))).transpose()?;
     if let Some(plan) = plan.as_ref().filter(|_| !arguments.json) {
@@ -76,21 +80,13 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         }
     }
     if let Some(sounds) = &sounds {
-        let room = rendered.response.surroundings();
-        let settings = SoundSettings {
-            volume: room.volume,
-            seed: room.seed,
-            sample_rate_hz: arguments.wav_rate,
-            is_matched: arguments.wav_match,
-        };
-        let synthesizer = Synthesizer::new(rendered.response.echograms(), settings);
-        complete.extend(sounds.complete(&synthesizer, scene.up)?);
+        complete.extend(sounds.complete(&rendered.response, None)?);
     }
     if let Some(walk) = &walk {
         complete.extend(walk.complete(&rendered.response, &inputs, arguments.seed)?);
     }
     output::publish(complete)?;
-    if let (Some(walk), Some(folder)) = (&walk, &arguments.wav) {
+    if let (Some(walk), Some(folder)) = (&walk, &arguments.sound.wav) {
         let files = counted(walk.count(), "walk");
         follower.line(&format!("{files} written to {}", folder.display()))?;
     }
@@ -161,8 +157,7 @@ fn inputs(arguments: &Arguments) -> Vec<PathBuf> {
     std::iter::once(&arguments.map)
         .chain(&arguments.receivers_file)
         .chain(&arguments.materials)
-        .chain(&arguments.hrtf)
-        .chain(&arguments.array)
+        .chain(arguments.sound.inputs())
         .chain(&arguments.path)
         .chain(&arguments.recording)
         .cloned()

@@ -4,16 +4,60 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use clap::Args;
 use glam::DVec3;
 use rayon::prelude::*;
-use sonel::ReceiverPoint;
+use sonel::Response;
 use sonel_console::input;
 use sonel_console::output::{Complete, Kind, Output};
-use sonel_scene::Scene;
-use sonel_sound::{Head, Microphone, Recording, SoundError, Synthesizer};
+use sonel_sound::ambisonics::MOST_ORDER;
+use sonel_sound::{
+    Head, Microphone, Recording, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ, SoundError, SoundSettings, Synthesizer,
+};
 
-use crate::arguments::Arguments;
 use crate::receivers;
+
+/// Impulse responses in a folder.
+#[derive(Debug, Clone, Args)]
+pub struct SoundArguments {
+    /// Folder for pressure impulse responses, a WAV file for each source and receiver: 32-bit float, direct sound
+    /// 1/r, sample 0 at the emission. Created if it does not exist.
+    #[arg(long, value_name = "DIR")]
+    pub wav: Option<PathBuf>,
+    /// Sample rate of --wav [Hz], 8000 to 192000. Responses are made at this rate; do not convert them like recordings.
+    #[arg(long, value_name = "HZ", requires = "wav", default_value_t = SAMPLE_RATE_HZ, value_parser = clap::value_parser!(u32).range(i64::from(*SAMPLE_RATES_HZ.start())..=i64::from(*SAMPLE_RATES_HZ.end())), allow_negative_numbers = true)]
+    pub wav_rate: u32,
+    /// Scale every band of --wav each 10 ms to the energies of the response: T30 and levels of one file are then those of the
+    /// response, not of the mean of many seeds alone. Direct sound is scaled too.
+    #[arg(long, requires = "wav")]
+    pub wav_match: bool,
+    /// Also write ambisonics of an order from 1 to 7 (ACN, SN3D: AmbiX) as NAME_ambix3.wav. With --directions, which sonel-render
+    /// implies; needs --wav.
+    #[arg(long, value_name = "ORDER", requires = "wav", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_ORDER)), allow_negative_numbers = true)]
+    pub ambix: Option<u32>,
+    /// Also write binaural responses as NAME_binaural.wav, with the HRTF of FILE.sofa (SimpleFreeFieldHRIR). The head looks
+    /// along the receiver's aim, by default towards the first source. With --directions, which sonel-render implies; needs --wav.
+    #[arg(long, value_name = "FILE.sofa", requires = "wav")]
+    pub hrtf: Option<PathBuf>,
+    /// Also write the channels of a microphone array about each receiver as NAME_array.wav: the file is one of --receivers of
+    /// sonel-render, its positions are relative to the receiver, in scene axes, within 1 m. With --directions, which sonel-render
+    /// implies; needs --wav.
+    #[arg(long, value_name = "FILE", requires = "wav")]
+    pub array: Option<PathBuf>,
+}
+
+impl SoundArguments {
+    /// Whether a response must have energies by direction.
+    #[must_use]
+    pub fn needs_directions(&self) -> bool {
+        self.ambix.is_some() || self.hrtf.is_some() || self.array.is_some()
+    }
+
+    /// Files that are read.
+    pub fn inputs(&self) -> impl Iterator<Item = &PathBuf> {
+        self.hrtf.iter().chain(&self.array)
+    }
+}
 
 /// The files of a folder: impulse responses of every source and receiver, and what is written beside those at single points.
 pub struct SoundFiles<'a> {
@@ -30,6 +74,8 @@ pub struct SoundFiles<'a> {
     array: Option<Vec<Microphone>>,
     /// Samples per second.
     sample_rate_hz: u32,
+    /// Whether bands are scaled to the energies of the response.
+    is_matched: bool,
     /// Files that are read.
     inputs: &'a [PathBuf],
 }
@@ -48,16 +94,18 @@ pub fn numbered<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> Vec<String
 }
 
 impl<'a> SoundFiles<'a> {
-    /// Impulse responses that are asked for, if any. Checks that the folder may be made or used, and that no file in it is lost.
+    /// Impulse responses that are asked for, if any, of sources and receivers of these names. Checks that the folder may be made or used, and
+    /// that no file in it is lost.
+    ///
+    /// # Errors
+    /// When the folder cannot be used, a file in it is an input or none of ours, or the HRTF or the array cannot be read.
     pub fn of(
-        arguments: &'a Arguments,
-        scene: &Scene,
-        receivers: &[ReceiverPoint],
+        arguments: &'a SoundArguments,
+        sources: &[&str],
+        receivers: &[&str],
         inputs: &'a [PathBuf],
     ) -> anyhow::Result<Option<Self>> {
-        let Some(folder) = arguments.wav.as_ref().filter(|_| arguments.path.is_none()) else {
-            return Ok(None);
-        };
+        let Some(folder) = &arguments.wav else { return Ok(None) };
         let read = |path: &PathBuf| -> anyhow::Result<Head> {
             let mut bytes = Vec::new();
             let file = input::open(path).and_then(|mut file| file.read_to_end(&mut bytes));
@@ -66,12 +114,13 @@ impl<'a> SoundFiles<'a> {
         };
         let files = Self {
             folder,
-            sources: numbered(scene.sources.iter().map(|source| source.name.as_str())),
-            receivers: numbered(receivers.iter().map(|receiver| receiver.name.as_str())),
+            sources: numbered(sources.iter().copied()),
+            receivers: numbered(receivers.iter().copied()),
             ambix: arguments.ambix,
             head: arguments.hrtf.as_ref().map(read).transpose()?,
             array: arguments.array.as_deref().map(microphones).transpose()?,
             sample_rate_hz: arguments.wav_rate,
+            is_matched: arguments.wav_match,
             inputs,
         };
         folder_for(folder)?;
@@ -118,8 +167,21 @@ impl<'a> SoundFiles<'a> {
         Ok(std::iter::once(single).chain(ambix).chain(binaural).chain(array).collect())
     }
 
-    /// Completes the files of all impulse responses; `up` is up for those with directions.
-    pub fn complete(&self, synthesizer: &Synthesizer<'_>, up: DVec3) -> anyhow::Result<Vec<Complete>> {
+    /// Completes the files of all impulse responses of a response; `seed` is that of the waves of late sound, by default that of the rendering.
+    ///
+    /// # Errors
+    /// When the response has no directions that are needed, does not state which one is up, or a file cannot be written.
+    pub fn complete(&self, response: &Response, seed: Option<u64>) -> anyhow::Result<Vec<Complete>> {
+        let room = response.surroundings();
+        let settings = SoundSettings {
+            volume: room.volume,
+            seed: seed.unwrap_or(room.seed),
+            sample_rate_hz: self.sample_rate_hz,
+            is_matched: self.is_matched,
+        };
+        let synthesizer = Synthesizer::new(response.echograms(), settings);
+        let needs_up = self.ambix.is_some() || self.head.is_some();
+        let up = if needs_up { room.upward()? } else { DVec3::Z };
         let complete = |path: &Path, channels| {
             let recording = Recording { sample_rate_hz: self.sample_rate_hz, channels };
             Output::create(path, Kind::SOUND, self.inputs)?.complete(|out| recording.write(out))
@@ -128,7 +190,7 @@ impl<'a> SoundFiles<'a> {
             .pairs()
             .into_par_iter()
             .map(|pair| {
-                let all = self.channels(synthesizer, pair, up)?;
+                let all = self.channels(&synthesizer, pair, up)?;
                 let ends = self.ends();
                 ends.iter()
                     .zip(all)

@@ -32,7 +32,7 @@ impl<'a> Walk<'a> {
     /// The walk that is asked for, if any.
     pub fn of(arguments: &'a Arguments, scene: &Scene) -> anyhow::Result<Option<Self>> {
         let (Some(file), Some(recording), Some(folder)) =
-            (&arguments.path, &arguments.recording, &arguments.wav)
+            (&arguments.path, &arguments.recording, &arguments.sound.wav)
         else {
             return Ok(None);
         };
@@ -42,15 +42,15 @@ impl<'a> Walk<'a> {
         let [signal] = &dry.channels[..] else {
             bail!("{label} has {} channels: mix them to one", dry.channels.len());
         };
-        let sample_rate_hz = arguments.wav_rate;
+        let sample_rate_hz = arguments.sound.wav_rate;
         Ok(Some(Self {
             path: read(file)?,
             spacing: arguments.path_spacing,
             folder,
             sources: numbered(scene.sources.iter().map(|source| source.name.as_str())),
             signal: resample(signal, dry.sample_rate_hz, sample_rate_hz).with_context(|| label)?,
-            ambix: arguments.ambix,
-            array: arguments.array.as_deref().map(microphones).transpose()?,
+            ambix: arguments.sound.ambix,
+            array: arguments.sound.array.as_deref().map(microphones).transpose()?,
             sample_rate_hz,
         }))
     }

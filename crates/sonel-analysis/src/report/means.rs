@@ -39,7 +39,8 @@ pub fn means_table(parameters: &[ReceiverParameters], title: &str) -> String {
             }
             let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
             let (source, count) = (&group[0].source, group.len());
-            format!("{title}source \"{source}\", mean over {count} receivers\n{}\n", lines.join("\n"))
+            let plural = if count == 1 { "" } else { "s" };
+            format!("{title}source \"{source}\", mean over {count} receiver{plural}\n{}\n", lines.join("\n"))
         })
         .collect();
     format!(

@@ -130,6 +130,7 @@ impl Run<'_> {
             "seed": self.settings.seed.unwrap_or(header.settings.seed),
             "emissions": header.settings.emissions,
             "batches": header.settings.batches,
+            "up": header.scene.up.to_array(),
             "survival": header.settings.survival,
             "options": {
                 "bin_s": self.settings.bin,

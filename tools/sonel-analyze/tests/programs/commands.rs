@@ -265,6 +265,27 @@ fn a_response_is_read_in_every_format() {
 }
 
 #[test]
+fn a_seat_counts_where_its_value_lies_within_the_target() {
+    let folder = TestFolder::with(SCENE);
+    render(&folder);
+    let printed = |options: &[&str]| {
+        analyze(&folder, &[&["parameters", RESPONSE, "--mean"], options].concat()).done().out
+    };
+    let targets = ["--target", "t30=1.4s±10%", "--target", "t30<=1.2s"];
+    let table = printed(&targets);
+    assert!(table.contains("mean over 1 receiver\n"), "{table}");
+    let json: Value =
+        serde_json::from_str(&printed(&[&targets[..], &["--format", "json"]].concat())).unwrap();
+    let mean = &json["means"][0]["bands"][0]["t30_s"]["value"];
+    assert!((mean.as_f64().unwrap() - 6.0 * std::f64::consts::LN_10 / 10.0).abs() < 1e-6, "{mean}");
+    let [met, missed] = [0, 1].map(|at| &json["targets"][at]);
+    assert_eq!((&met["within"], &met["with_value"], &missed["within"]), (&1.into(), &1.into(), &0.into()));
+    assert!((met["range"][0].as_f64().unwrap() - 1.26).abs() < 1e-9, "{met:#}");
+    assert!(missed["range"][0].as_f64().is_none_or(|low| low == 0.0), "{missed:#}");
+    analyze(&folder, &["parameters", RESPONSE, "--target", "t30=1s±5%", "--format", "csv"]).refused();
+}
+
+#[test]
 fn bad_options_are_errors_and_help_has_an_example() {
     let folder = TestFolder::with(SCENE);
     for options in [["--format", "xml"], ["--threads", "0"]] {
