@@ -5,7 +5,7 @@
 use std::fs;
 use std::process::{Command, Stdio};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 
 use xtask::workspace;
 
@@ -29,6 +29,8 @@ pub fn run(seconds: u32, readers: &[String]) -> Result<()> {
     if let Some(unknown) = readers.iter().find(|reader| !all.contains(reader)) {
         bail!("no fuzz target \"{unknown}\": there are {}", all.join(", "));
     }
+    let built = fuzz(&["build"]).status().context("cannot run cargo fuzz")?;
+    ensure!(built.success(), "the fuzz targets do not compile: {built}");
     let mut found = Vec::new();
     for reader in all.iter().filter(|reader| readers.is_empty() || readers.contains(reader)) {
         let [corpus, seeds] = ["corpus", "seeds"].map(|folder| format!("fuzz/{folder}/{reader}"));

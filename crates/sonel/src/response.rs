@@ -7,7 +7,6 @@ use glam::DVec3;
 use serde_json::Value;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_echogram::{Response as Echograms, SourceChange};
-use sonel_sound::{Recording, measured};
 
 use crate::error::At;
 use crate::{Error, Result};
@@ -56,13 +55,11 @@ impl Response {
         let mut begin = [0; 4];
         let is_sound = file.read(&mut begin).is_ok_and(|count| count == begin.len() && begin == *b"RIFF");
         file.rewind().at(|| label.clone())?;
+        let file = std::io::BufReader::new(file);
         if is_sound {
-            let name = path.as_ref().file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            let recording = Recording::read(std::io::BufReader::new(file)).at(|| label.clone())?;
-            return Ok(Self::of_file(measured::response(&recording, &name).at(|| label)?));
+            return measured(file, path.as_ref(), &label);
         }
-        let echograms = Echograms::read(std::io::BufReader::new(file)).at(|| label)?;
-        Ok(Self::of_file(echograms))
+        Ok(Self::of_file(Echograms::read(file).at(|| label)?))
     }
 
     /// A response of a file, whose metadata state volume, seed and which direction is up.
@@ -135,6 +132,20 @@ impl Response {
             receivers: self.echograms.receivers(),
         }
     }
+}
+
+/// A measured impulse response as a response at the receiver that the file is named after.
+#[cfg(feature = "sound")]
+fn measured(file: impl Read + Seek, path: &Path, label: &str) -> Result<Response> {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let recording = sonel_sound::Recording::read(file).at(|| label.to_owned())?;
+    let echograms = sonel_sound::measured::response(&recording, &name).at(|| label.to_owned())?;
+    Ok(Response::of_file(echograms))
+}
+
+#[cfg(not(feature = "sound"))]
+fn measured(_: impl Read + Seek, _: &Path, label: &str) -> Result<Response> {
+    Err(Error::refused(format!("{label} is a WAV file: the feature \"sound\" of crate sonel reads it")))
 }
 
 /// Parameters of [ISO3382-1] of S sources at R receivers in B bands. A value is an estimate with the interval that holds the true one with a
