@@ -31,8 +31,8 @@ fn read(map: &SonelMap, geometry: &Geometry) {
     let mut weight = PathWeight::of(&table);
     for chunk in map.chunks() {
         for path in map.chunk_paths(chunk) {
-            emissions.follow(chunk.0, path, 1.0, (&table, &mut weight), |segment| {
-                assert!(segment.energy.iter().all(|lanes| lanes.map(|energy| energy.min(0.0)).sum() >= 0.0));
+            emissions.follow(chunk.0, path, 1.0, &table, &mut weight, |segment| {
+                assert!(segment.energy.iter().all(|lanes| lanes.map(|energy: f64| energy.min(0.0)).sum() >= 0.0));
             });
         }
     }
