@@ -14,6 +14,11 @@ pub const SECONDS: u32 = 600;
 /// Most memory of a reader [MB], and the longest time for one input [s]: inputs have at most 4 kB where seeds are smaller.
 const LIMITS: [&str; 2] = ["-rss_limit_mb=2048", "-timeout=20"];
 
+/// As users run them: with debug assertions a parser of foreign make (winnow, behind sofar) panics where it means to return an error.
+const RELEASE: &str = "--release";
+/// Added to the flags of cargo-fuzz: sums that overflow are finds.
+const FLAGS: &str = "-Coverflow-checks=on";
+
 /// Fuzzes all readers for [`SECONDS`] each. Where it cannot: what it needs.
 pub fn accept() -> Result<Option<&'static str>> {
     let mut version = fuzz(&["--version"]);
@@ -29,14 +34,14 @@ pub fn run(seconds: u32, readers: &[String]) -> Result<()> {
     if let Some(unknown) = readers.iter().find(|reader| !all.contains(reader)) {
         bail!("no fuzz target \"{unknown}\": there are {}", all.join(", "));
     }
-    let built = fuzz(&["build"]).status().context("cannot run cargo fuzz")?;
+    let built = fuzz(&["build", RELEASE]).status().context("cannot run cargo fuzz")?;
     ensure!(built.success(), "the fuzz targets do not compile: {built}");
     let mut found = Vec::new();
     for reader in all.iter().filter(|reader| readers.is_empty() || readers.contains(reader)) {
         let [corpus, seeds] = ["corpus", "seeds"].map(|folder| format!("fuzz/{folder}/{reader}"));
         fs::create_dir_all(workspace::root().join(&corpus))?;
         let time = format!("-max_total_time={seconds}");
-        let mut command = fuzz(&["run", reader, &corpus]);
+        let mut command = fuzz(&["run", RELEASE, reader, &corpus]);
         if workspace::root().join(&seeds).exists() {
             command.arg(seeds);
         }
@@ -68,6 +73,6 @@ fn targets() -> Result<Vec<String>> {
 fn fuzz(arguments: &[&str]) -> Command {
     let mut command = workspace::command("rustup", &["run", "nightly", "cargo", "fuzz"]);
     // The compiler of this program is another one.
-    command.args(arguments).env_remove("RUSTUP_TOOLCHAIN").env_remove("CARGO").env_remove("RUSTC");
+    command.args(arguments).env("RUSTFLAGS", FLAGS).env_remove("RUSTUP_TOOLCHAIN").env_remove("CARGO").env_remove("RUSTC");
     command
 }
