@@ -43,10 +43,12 @@ try {
   const before = await page.evaluate(() => shown.listener);
   await latency("key", async () => { await page.focus("#room"); await page.keyboard.press("ArrowUp"); });
   check(JSON.stringify(await page.evaluate(() => shown.listener)) !== JSON.stringify(before), "an arrow key moves the listener");
-  const spot = await page.evaluate(() => {
-    const at = view.listener.position.clone().project(view.camera), frame = view.canvas.getBoundingClientRect();
+  const onScreen = (which) => page.evaluate((which) => {
+    const body = which === "listener" ? view.listener : view.sources[0];
+    const at = body.position.clone().project(view.camera), frame = view.canvas.getBoundingClientRect();
     return [frame.left + (at.x + 1) / 2 * frame.width, frame.top + (1 - at.y) / 2 * frame.height];
-  });
+  }, which);
+  const spot = await onScreen("listener");
   const height = () => page.evaluate(() => shown.listener.reduce((sum, value, axis) => sum + value * shown.room.up[axis], 0));
   const before_drag = await height();
   await page.mouse.move(...spot);
@@ -70,9 +72,16 @@ try {
   check(changed.every((value, band) => value !== plain[band]), "other materials have other times");
   check((await page.locator("#parameters .beyond").count()) >= 1, "differences beyond chance are marked");
 
+  // Scattering is another coefficient of the same table.
+  await page.selectOption("#coefficient", "scattering");
+  const scattered = await page.evaluate(() => [shown.room.materials[0].scattering[0], Number(document.querySelector("#materials input").value)]);
+  check(Math.abs(scattered[0] - scattered[1]) < 1e-3, "the table shows scattering");
+  await page.selectOption("#coefficient", "absorption");
+
   // A map of a plane.
   await page.click("#paint");
   await page.waitForFunction(() => view.map.children.length > 3 && shown.map.batches === shown.steps[1], null, PATIENCE);
+  check(await page.evaluate(() => view.map.children.at(-1).geometry.attributes.position.count >= 2), "lines of equal value are drawn");
   await page.screenshot({ path: `${folder}/wide.png`, fullPage: true });
 
   // Sound runs.
@@ -91,6 +100,19 @@ try {
   await page.waitForFunction(() => byId("saved").textContent, null, PATIENCE);
   measured.commands = (await page.textContent("#saved")).split("\n").filter((line) => !line.startsWith("#"));
   measured.t30_s = (await values("t30_s")).slice(1);
+
+  // A source is dragged; the scene is traced anew with it.
+  await page.click("#unpaint");
+  const [maps, at] = await page.evaluate(() => [shown.maps, shown.room.sources[0].at]);
+  const from = await onScreen("source");
+  await page.mouse.move(...from);
+  await page.mouse.down();
+  await page.mouse.move(from[0] + 8, from[1] + 2, { steps: 4 });
+  await page.mouse.up();
+  await page.waitForFunction((maps) => shown.maps > maps, maps, PATIENCE);
+  const moved = await page.evaluate(() => shown.room.sources[0].at);
+  check(Math.hypot(...moved.map((value, axis) => value - at[axis])) > 0.01, "the mouse moves the source");
+  await settled();
 
   // Narrow, and on paper.
   await page.setViewportSize({ width: 400, height: 800 });

@@ -10,13 +10,14 @@ function start() {
     document.body.classList.add("served");
     server = new Server(live.token);
   }
-  view = new RoomView(room, live && moveListener);
+  view = new RoomView(room, live && moveListener, dropSource);
   view.onHover = (way) => highlight(way?.delay ?? null);
   byId("whole").onclick = () => view.whole();
   byId("above").onclick = () => view.above();
   byId("wire").onchange = (event) => view.setWire(event.target.checked);
   byId("cut").oninput = (event) => view.setCut(Number(event.target.value));
   byId("ways").onchange = showWays;
+  byId("coefficient").onchange = showMaterials;
   showMaterials();
   showFaults();
   const choose = byId("pair");
@@ -68,26 +69,28 @@ function showMaterials() {
   const head = make("tr");
   head.append(...["material", "area [m²]", "share", ...room.bands.map(hertz), "scattering", "law", "source"].map((text) => make("th", text)));
   table.append(head);
-  const alpha = (material) => shown.changes[`materials.${material.name}.absorption`] ?? material.absorption;
+  const key = byId("coefficient").value;
+  const current = (material, key) => shown.changes[`materials.${material.name}.${key}`] ?? material[key];
+  const alpha = (material) => current(material, "absorption");
   const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
   const total = room.materials.reduce((sum, material) => sum + material.area * mean(alpha(material)), 0);
   room.materials.forEach((material, index) => {
     const line = make("tr"), name = make("td"), swatch = make("span", "", "swatch");
     swatch.style.background = colorOf(index);
     name.append(swatch, material.name);
-    const values = alpha(material);
-    line.append(name, make("td", material.area.toFixed(1)), make("td", `${(100 * material.area * mean(values) / (total || 1)).toFixed(0)} %`));
+    const values = current(material, key);
+    line.append(name, make("td", material.area.toFixed(1)), make("td", `${(100 * material.area * mean(alpha(material)) / (total || 1)).toFixed(0)} %`));
     values.forEach((value, band) => {
       const place = make("td");
       if (server) {
         const input = Object.assign(make("input"), { type: "number", min: 0, max: 1, step: 0.01, value: Number(value.toFixed(4)) });
-        input.setAttribute("aria-label", `absorption of ${material.name} at ${hertz(room.bands[band])}`);
-        input.onchange = () => changeMaterial(material, values.map((old, at) => at === band ? Math.min(1, Math.max(0, Number(input.value))) : old));
+        input.setAttribute("aria-label", `${key} of ${material.name} at ${hertz(room.bands[band])}`);
+        input.onchange = () => changeMaterial(material, values.map((old, at) => at === band ? Math.min(1, Math.max(0, Number(input.value))) : old), key);
         place.append(input);
       } else place.textContent = value.toFixed(2);
       line.append(place);
     });
-    line.append(make("td", mean(material.scattering).toFixed(2)), make("td", material.law), make("td", material.source ?? ""));
+    line.append(make("td", mean(current(material, "scattering")).toFixed(2)), make("td", material.law), make("td", material.source ?? ""));
     table.append(line);
   });
   byId("original").hidden = !isChanged();
@@ -141,9 +144,15 @@ function moveListener(at) {
   render();
 }
 
-function changeMaterial(material, values) {
-  const name = `materials.${material.name}.absorption`;
-  const isOwn = values.every((value, band) => Math.abs(value - material.absorption[band]) < 1e-9);
+// A source that was dragged sends from there when the scene has been traced anew.
+function dropSource(source, at) {
+  const place = at.map((value) => Math.round(1000 * value) / 1000);
+  trace(shown.room.sources.map((own, index) => index === source ? place : own.at));
+}
+
+function changeMaterial(material, values, key = "absorption") {
+  const name = `materials.${material.name}.${key}`;
+  const isOwn = values.every((value, band) => Math.abs(value - material[key][band]) < 1e-9);
   if (isOwn) delete shown.changes[name]; else shown.changes[name] = values;
   byId("retrace").hidden = true;
   showMaterials();
@@ -194,6 +203,7 @@ async function follow() {
     const state = await server.ask("state");
     shown.canTrace = state.can_trace;
     byId("move").disabled = !state.can_trace;
+    view.canTrace = state.can_trace;
     if (state.share !== null) {
       wait = 150;
       const bar = Object.assign(make("progress"), { max: 1, value: state.share });
@@ -212,8 +222,9 @@ async function follow() {
       view.spots();
       if (shown.tracedChanges) {
         for (const [name, values] of Object.entries(shown.tracedChanges)) {
-          const material = shown.room.materials.find((one) => name === `materials.${one.name}.absorption`);
-          if (material) material.absorption = values;
+          const [, own, key] = name.match(/^materials\.(.*)\.(\w+)$/);
+          const material = shown.room.materials.find((one) => one.name === own);
+          if (material) material[key] = values;
         }
         [shown.changes, shown.tracedChanges] = [{}, null];
         showMaterials();
@@ -315,7 +326,10 @@ function paint() {
   const values = entries.filter(Array.isArray).map(([value]) => value);
   if (!values.length) return say(`${symbol} has no value on this plane`, true);
   const range = [Math.min(...values), Math.max(...values)];
-  view.paint(shown.map.at, shown.map.spacing, entries, range);
+  // A line every JND, or every few: at most twelve.
+  const step = noticeable * Math.max(1, Math.ceil((range[1] - range[0]) / noticeable / 12));
+  const levels = Array.from({ length: 12 }, (_, index) => step * (Math.ceil(range[0] / step) + index)).filter((level) => level < range[1]);
+  view.paint(shown.map.at, shown.map.spacing, entries, range, levels);
   byId("unpaint").hidden = false;
   const scale = make("span");
   scale.id = "scale";
@@ -323,7 +337,7 @@ function paint() {
   const digits = decimals(noticeable);
   say("");
   byId("mapped").replaceChildren(`${symbol} [${unit || "1"}] ${range[0].toFixed(digits)}`, scale,
-    `${range[1].toFixed(digits)}: ${((range[1] - range[0]) / noticeable).toFixed(1)} JND over ${values.length} places. Point at one for its interval. ${shown.map.note ?? ""}`);
+    `${range[1].toFixed(digits)}: ${((range[1] - range[0]) / noticeable).toFixed(1)} JND over ${values.length} places, a line every ${step.toFixed(digits)}. Point at one for its interval. ${shown.map.note ?? ""}`);
 }
 
 async function library() {

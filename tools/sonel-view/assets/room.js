@@ -11,10 +11,34 @@ function rampColor(part) {
   return RAMP[low].map((from, i) => Math.round(from + (place - low) * (RAMP[low + 1][i] - from)));
 }
 
+// Ends of the pieces of contour lines between four neighbours each, whose values are taken as linear along the sides.
+function contours(places, spacing, up, levels) {
+  const [e, f] = [0, 1, 2].filter((axis) => Math.abs(up.getComponent(axis)) < 0.5);
+  const steps = (at) => [e, f].map((axis) => Math.round((at.getComponent(axis) - places[0].at.getComponent(axis)) / spacing));
+  const found = new Map(places.map((place) => [steps(place.at).join(), place]));
+  const ends = [];
+  for (const { at } of places) {
+    const [i, j] = steps(at);
+    const ring = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map((key) => found.get(key.join()));
+    if (!ring.every(Boolean)) continue;
+    for (const level of levels) {
+      const cuts = ring.flatMap((a, side) => {
+        const b = ring[(side + 1) % 4];
+        return (a.value < level) === (b.value < level) ? [] : [a.at.clone().lerp(b.at, (level - a.value) / (b.value - a.value))];
+      });
+      // Four cuts are a saddle, two lines.
+      ends.push(...cuts);
+    }
+  }
+  return ends;
+}
+
+// `onMove` takes where the listener is dragged to, `onDrop` a source and where it was dropped.
 class RoomView {
-  constructor(room, onMove) {
+  constructor(room, onMove, onDrop) {
     this.room = room;
     this.onMove = onMove;
+    this.onDrop = onDrop;
     this.canvas = byId("room");
     this.up = new THREE.Vector3(...room.up);
     this.scene = new THREE.Scene();
@@ -184,8 +208,8 @@ class RoomView {
     this.draw();
   }
 
-  // Squares of a plane coloured by their values.
-  paint(places, spacing, values, [low, high]) {
+  // Squares of a plane coloured by their values, and lines at `levels`.
+  paint(places, spacing, values, [low, high], levels) {
     this.unpaint();
     const shape = new THREE.PlaneGeometry(spacing, spacing);
     const turn = new THREE.Mesh();
@@ -200,6 +224,11 @@ class RoomView {
       square.userData.entry = entry;
       this.map.add(square);
     });
+    const known = places.map((at, index) => Array.isArray(values[index]) && { at: this.local(at), value: values[index][0] });
+    const ends = contours(known.filter(Boolean), spacing, this.up, levels);
+    const lines = new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(ends), new THREE.LineBasicMaterial({ color: "#111" }));
+    lines.position.copy(this.up).multiplyScalar(1e-3 * this.size);
+    this.map.add(lines);
     this.draw();
   }
   unpaint() { this.map.clear(); this.draw(); }
@@ -223,7 +252,7 @@ class RoomView {
     });
   }
 
-  // The listener follows the mouse in its plane; with the shift key up and down. Elsewhere the mouse turns the room.
+  // The listener or a source follows the mouse in its plane; with the shift key up and down. Elsewhere the mouse turns the room.
   dragging() {
     const ray = new THREE.Raycaster();
     const aim = (event) => {
@@ -231,12 +260,14 @@ class RoomView {
       const mouse = new THREE.Vector2(2 * (event.clientX - frame.left) / frame.width - 1, 1 - 2 * (event.clientY - frame.top) / frame.height);
       ray.setFromCamera(mouse, this.camera);
     };
-    let plane = null;
+    let plane = null, taken = null;
     this.canvas.addEventListener("pointerdown", (event) => {
       aim(event);
-      if (!this.onMove || !ray.intersectObject(this.listener).length) return;
+      const movable = this.onMove ? [this.listener, ...(this.canTrace ? this.sources : [])] : [];
+      taken = ray.intersectObjects(movable, false)[0]?.object;
+      if (!taken) return;
       const normal = event.shiftKey ? this.camera.getWorldDirection(new THREE.Vector3()).projectOnPlane(this.up).normalize() : this.up;
-      plane = new THREE.Plane().setFromNormalAndCoplanarPoint(normal, this.listener.position);
+      plane = new THREE.Plane().setFromNormalAndCoplanarPoint(normal, taken.position);
       plane.lifts = event.shiftKey;
       this.controls.enabled = false;
       this.canvas.setPointerCapture(event.pointerId);
@@ -247,11 +278,18 @@ class RoomView {
       if (!plane) return this.hover(ray);
       const hit = ray.ray.intersectPlane(plane, new THREE.Vector3());
       if (!hit) return;
-      const moved = hit.clone().sub(this.listener.position);
-      const step = plane.lifts ? moved.projectOnVector(this.up) : moved;
-      this.onMove(this.world(this.listener.position.clone().add(step)));
+      const moved = hit.clone().sub(taken.position);
+      const place = taken.position.clone().add(plane.lifts ? moved.projectOnVector(this.up) : moved);
+      if (taken === this.listener) return this.onMove(this.world(place));
+      taken.position.copy(place);
+      this.draw();
     });
-    const end = () => { plane = null; this.controls.enabled = true; };
+    const end = () => {
+      const source = plane ? this.sources.indexOf(taken) : -1;
+      plane = null;
+      this.controls.enabled = true;
+      if (source >= 0) this.onDrop(source, this.world(taken.position));
+    };
     this.canvas.addEventListener("pointerup", end);
     this.canvas.addEventListener("pointercancel", end);
   }
