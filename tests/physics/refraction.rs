@@ -505,6 +505,7 @@ fn near_critical(absorption: f64, [aside, above]: [f64; 2], emissions: u64) -> (
 
 /// Near the critical angle a beam varies with the height over the interface: a ball that reaches the interface is wrong by 0.3 dB and more.
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn near_the_critical_angle_levels_are_right_and_intervals_hold() {
     let (levels, truth) = near_critical(1.0, [2.0, 0.3], 100_000);
     let energies: Vec<f64> = levels.iter().map(|(level, _)| 10.0_f64.powf(0.1 * (level - truth))).collect();

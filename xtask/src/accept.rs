@@ -116,7 +116,8 @@ fn tests() -> Result<()> {
         succeed(workspace::cargo(&[&build, arguments, &run].concat()))
     };
     in_release(&["--test", "accept", "--package", "sonel-geometry", "--test", "rays", "--"])?;
-    in_release(&["--test", "physics", "--package", "sonel-testkit", "--lib", "--", "--ignored"])
+    let with_units = ["--package", "sonel-testkit", "--package", "sonel-diffraction", "--lib"];
+    in_release(&[&["--test", "physics"], &with_units[..], &["--", "--ignored"]].concat())
 }
 
 fn succeed(mut command: Command) -> Result<()> {

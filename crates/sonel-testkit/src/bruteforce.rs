@@ -348,6 +348,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "long: cargo xtask accept"]
     fn half_scattering_gives_the_figures_found_before() {
         let counted = room(0.5).count(&COUNT);
         compare(counted.total(), 0.101_02, 0.01).unwrap();
@@ -356,6 +357,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "long: cargo xtask accept"]
     fn classes_of_paths_add_up_and_hold_their_own() {
         let counted = room(0.5).count(&COUNT);
         let all = [History::Direct, History::Specular, History::Diffuse, History::DiffuseThenSpecular];
