@@ -99,6 +99,8 @@ fn traces(series: &Series, color: &str, floor: f64) -> Vec<Value> {
     if series.mark == Mark::Stems {
         let stems = column(series, |point| point.y - floor);
         line["error_y"] = json!({ "type": "data", "symmetric": false, "array": vec![0; stems.len()], "arrayminus": stems, "color": color, "width": 0 });
+        // Else a stem is read as an error.
+        line["hovertemplate"] = json!("%{x:.1f}, %{y:.1f}");
         return vec![line];
     }
     if series.points.iter().all(|point| point.interval.is_none()) {
