@@ -17,6 +17,7 @@ mod lanes;
 mod levels;
 mod material;
 pub mod noise;
+mod source_change;
 mod statistics;
 
 pub use absorption_law::AbsorptionLaw;
@@ -30,6 +31,7 @@ pub use levels::{
     strength_to_level_db,
 };
 pub use material::{Coefficient, Material, MaterialProblem};
+pub use source_change::SourceChange;
 pub use statistics::{
     equivalent_absorption_area, eyring_time, kuttruff_time, mean_absorption, mean_free_path, sabine_time,
     schroeder_frequency,

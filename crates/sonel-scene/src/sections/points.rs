@@ -1,9 +1,10 @@
 //! `[[sources]]` and `[[receivers]]`
 
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 
 use glam::DVec3;
-use sonel_acoustics::{Balloon, Directivity, Pattern};
+use sonel_acoustics::{Balloon, Directivity, Pattern, SourceChange};
 
 use crate::balloon_file;
 use crate::bands::BandChoice;
@@ -75,7 +76,8 @@ fn read_source(
     open: OpenMesh<'_>,
     report: &mut Report<'_>,
 ) -> Placed<Source> {
-    table.allow_only(&["name", "position", "power_level_db", "directivity", "aim", "up"], report);
+    let known = ["name", "position", "power_level_db", "directivity", "aim", "up", "gain_db", "delay_s"];
+    table.allow_only(&known, report);
     let power_level_db = table
         .get("power_level_db")
         .and_then(|entry| Some(bands.per_band(&entry, &entry.number_or_list(report)?, report)))
@@ -85,13 +87,36 @@ fn read_source(
     }
     let aim = read_direction(table, "aim", report);
     let directivity = read_directivity(table, bands, up, aim, open, report);
+    let change = SourceChange {
+        gain_db: read_within(table, "gain_db", SourceChange::GAINS_DB, "dB", report),
+        delay: read_within(table, "delay_s", SourceChange::DELAYS, "s", report),
+    };
     place_at(table, report, |position, _| Source {
         name,
         position,
         power_level_db,
         directivity,
         aim: aim.unwrap_or(DVec3::X),
+        change,
     })
+}
+
+/// A number within `range`, 0 where the key is left out.
+fn read_within(
+    table: &Table<'_>,
+    key: &str,
+    range: RangeInclusive<f64>,
+    unit: &str,
+    report: &mut Report<'_>,
+) -> f64 {
+    let Some(entry) = table.get(key) else { return 0.0 };
+    let Some(number) = entry.number(report) else { return 0.0 };
+    if !range.contains(&number.value) {
+        let (low, high) = range.into_inner();
+        entry.problem(report, &format!("{} {unit} is outside {low} … {high} {unit}", number.value));
+        return 0.0;
+    }
+    number.value
 }
 
 fn read_directivity(
