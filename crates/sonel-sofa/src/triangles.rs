@@ -9,9 +9,16 @@ use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 /// Directions closer to the centre of projection than this are the same one: 1 − cos.
 const SAME: f64 = 1e-10;
 
+/// Belts of latitude, in each of which few of many triangles are sought.
+const BELTS: usize = 90;
+
 /// Triangles that surround the origin.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Triangles(Vec<Triangle>);
+pub struct Triangles {
+    triangles: Vec<Triangle>,
+    /// Numbers of the triangles that reach into each belt, from south to north.
+    belts: Vec<Vec<usize>>,
+}
 
 /// Three directions.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +46,10 @@ impl HasPosition for Projected {
 
 impl Triangles {
     /// Between unit vectors of which no half of a sphere is free.
+    ///
+    /// # Panics
+    /// Without a direction, or where one is not finite.
+    #[must_use]
     pub fn new(directions: &[DVec3]) -> Self {
         let centre = directions[0];
         let (x, y) = centre.any_orthonormal_pair();
@@ -55,13 +66,33 @@ impl Triangles {
             let [from, to] = edge.vertices().map(|vertex| vertex.data().index);
             [0, from, to]
         });
-        Self(inner.chain(outer).filter_map(|corners| Triangle::new(directions, corners)).collect())
+        let triangles: Vec<Triangle> =
+            inner.chain(outer).filter_map(|corners| Triangle::new(directions, corners)).collect();
+        let mut belts = vec![Vec::new(); BELTS];
+        for (number, triangle) in triangles.iter().enumerate() {
+            let corners = triangle.corners.map(|corner| directions[corner]);
+            // The cap about the middle that holds the corners holds all between them, where it is less than half the sphere.
+            let middle = corners.iter().sum::<DVec3>().try_normalize();
+            let least = middle.map_or(-1.0, |middle| {
+                corners.map(|corner| corner.dot(middle)).into_iter().fold(1.0, f64::min)
+            });
+            let (first, last) = if least > 0.0 {
+                let (latitude, radius) = (latitude(middle.unwrap_or(DVec3::Z)), libm::acos(least) + MARGIN);
+                (belt(latitude - radius), belt(latitude + radius))
+            } else {
+                (0, BELTS - 1)
+            };
+            belts[first..=last].iter_mut().for_each(|belt| belt.push(number));
+        }
+        Self { triangles, belts }
     }
 
     /// Barycentric weights of a direction in the triangle that contains it.
+    #[must_use]
     pub fn weights(&self, u: DVec3) -> Weights {
         let mut best = (f64::NEG_INFINITY, [0.0; 3], [0; 3]);
-        for triangle in &self.0 {
+        for &number in &self.belts[belt(latitude(u))] {
+            let triangle = &self.triangles[number];
             let weights = triangle.inverse.map(|row| row.dot(u));
             let least = weights[0].min(weights[1]).min(weights[2]);
             if least > best.0 {
@@ -76,6 +107,20 @@ impl Triangles {
         let sum: f64 = weights.iter().sum();
         std::array::from_fn(|corner| (best.2[corner], weights[corner] / sum))
     }
+}
+
+/// Added to the extent of a triangle, far above rounding [rad].
+const MARGIN: f64 = 1e-6;
+
+/// Angle of a unit vector above the horizontal plane [rad].
+fn latitude(u: DVec3) -> f64 {
+    libm::asin(u.z.clamp(-1.0, 1.0))
+}
+
+/// Number of the belt of a latitude [rad].
+fn belt(latitude: f64) -> usize {
+    let share = latitude / core::f64::consts::PI + 0.5;
+    ((share * BELTS as f64).max(0.0) as usize).min(BELTS - 1)
 }
 
 impl Triangle {
