@@ -19,6 +19,7 @@ mod material;
 pub mod noise;
 mod source_change;
 mod statistics;
+mod talker;
 
 pub use absorption_law::AbsorptionLaw;
 pub use air::{Air, AirError};
@@ -36,3 +37,4 @@ pub use statistics::{
     equivalent_absorption_area, eyring_time, kuttruff_time, mean_absorption, mean_free_path, sabine_time,
     schroeder_frequency,
 };
+pub use talker::{TALKER, talker};
