@@ -80,9 +80,8 @@ impl Response {
         }
         metadata["together"] = together.into();
         // They are in it, and are not applied again.
-        for source in
-            metadata["sources"].as_array_mut().into_iter().flatten().filter_map(Value::as_object_mut)
-        {
+        let sources = metadata.get_mut("sources").and_then(Value::as_array_mut);
+        for source in sources.into_iter().flatten().filter_map(Value::as_object_mut) {
             source.retain(|key, _| !STATED.contains(&key.as_str()));
         }
         let named = if receivers > 0 { first(0) } else { 0 };
@@ -385,6 +384,7 @@ mod tests {
         assert!((sum.source_power_level_db[0] - 93.0103).abs() < 1e-4);
         assert!((sum.energy[0] - 4.0).abs() < 1e-12 && (sum.energy[5] - 1.5).abs() < 1e-12);
         assert!((sum.direct_times_s[0] - 0.01).abs() < 1e-12);
+        assert_eq!(sum.metadata.as_object().expect("keys").keys().collect::<Vec<_>>(), ["together"]);
         assert!((sum.arrivals.energy[0] - 2.5).abs() < 1e-12);
         let batches = sum.batches.expect("batches");
         assert!((batches.energy[0] - 4.0).abs() < 1e-6 && (batches.energy[15] - 1.5).abs() < 1e-6);

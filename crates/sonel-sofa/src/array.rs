@@ -64,7 +64,8 @@ impl<'a> Sofa<'a> {
     }
 
     fn child(&self, name: &str) -> Result<Option<DataObject>, String> {
-        let unread = |_| format!("{name} is damaged, or stored otherwise than by the netCDF library");
+        let unread =
+            |_| format!("{name} is damaged, or stored otherwise than by the netCDF library in a few chunks");
         let parse = || Some(self.parsed.get_child(name).map(Result::ok));
         match guarded(parse).map_err(unread)? {
             None => Ok(None),

@@ -12,6 +12,9 @@ const SAME: f64 = 1e-10;
 /// Belts of latitude, in each of which few of many triangles are sought.
 const BELTS: usize = 90;
 
+/// Coordinates closer to 0 are 0: spade refuses what is nearly no number.
+const NOTHING: f64 = 1e-30;
+
 /// Triangles that surround the origin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Triangles {
@@ -57,7 +60,9 @@ impl Triangles {
         for (index, direction) in directions.iter().enumerate().skip(1) {
             let depth = 1.0 - direction.dot(centre);
             if depth > SAME {
-                let place = Point2::new(direction.dot(x) / depth, direction.dot(y) / depth);
+                let [x, y] = [x, y].map(|axis| direction.dot(axis) / depth);
+                let tame = |value: f64| if value.abs() < NOTHING { 0.0 } else { value };
+                let place = Point2::new(tame(x), tame(y));
                 plane.insert(Projected { index, place }).expect("a finite point");
             }
         }
@@ -136,6 +141,15 @@ impl Triangle {
 mod tests {
     use super::*;
     use std::f64::consts::PI;
+
+    #[test]
+    fn a_direction_that_is_nearly_on_an_axis_is_no_panic() {
+        let axes =
+            [DVec3::X, DVec3::NEG_X, DVec3::new(1e-60, 1.0, -1e-200), DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+        let weights = Triangles::new(&axes).weights(DVec3::new(0.0, 0.6, 0.8));
+        let of = |corner| weights.iter().find(|(at, _)| *at == corner).map_or(0.0, |(_, weight)| *weight);
+        assert!((of(2) - 3.0 / 7.0).abs() < 1e-9 && (of(4) - 4.0 / 7.0).abs() < 1e-9, "{weights:?}");
+    }
 
     /// A grid of 10°, whose quadrangles lie in planes, has its own directions with weight 1 and all others between neighbours.
     #[test]

@@ -77,11 +77,10 @@ fn grid(bytes: &[u8], bands: &Bands) -> Result<Grid, String> {
     check_coverage(&directions)?;
     let spacing = (4.0 * PI / directions.len() as f64).sqrt().to_degrees();
     let (step, _) = STEPS.into_iter().find(|(_, apart)| spacing >= *apart).unwrap_or(STEPS[2]);
-    let (lowest, highest) = (low(&frequencies), high(&frequencies));
     notes.push(format!(
-        "{} directions, {} frequencies from {lowest} to {highest} Hz; interpolated to a grid of {step}°",
+        "{} directions, {}; interpolated to a grid of {step}°",
         directions.len(),
-        frequencies.len()
+        range(&frequencies)
     ));
     let (azimuths, polars) = ((360.0 / step) as usize, (180.0 / step) as usize + 1);
     let triangles = Triangles::new(&directions);
@@ -128,20 +127,18 @@ fn frequencies_of(frequencies: &[f64], bands: &Bands) -> Result<Vec<Vec<usize>>,
         return Ok(found);
     }
     Err(format!(
-        "no frequency within the bands {} Hz; the file has {} from {} to {} Hz: give other bands in the scene ([bands])",
+        "no frequency within the bands {} Hz; the file has {}: give other bands in the scene ([bands])",
         missing.join(", "),
-        frequencies.len(),
-        low(frequencies),
-        high(frequencies)
+        range(frequencies)
     ))
 }
 
-fn low(values: &[f64]) -> f64 {
-    values.iter().copied().fold(f64::INFINITY, f64::min)
-}
-
-fn high(values: &[f64]) -> f64 {
-    values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+/// How many frequencies there are, and from where to where, to 0.1 Hz.
+fn range(frequencies: &[f64]) -> String {
+    let tenth = |hz: f64| libm::round(10.0 * hz) / 10.0;
+    let low = tenth(frequencies.iter().copied().fold(f64::INFINITY, f64::min));
+    let high = tenth(frequencies.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+    format!("{} frequencies from {low} to {high} Hz", frequencies.len())
 }
 
 /// Complex spectra by measurement, receiver and frequency.

@@ -83,7 +83,9 @@ fn what_is_no_directivity_is_refused_with_a_reason() {
     }
     let said = read("turned", &[63.0, 500.0, 4000.0]).unwrap_err();
     assert!(
-        said.contains("no frequency within the bands 63, 4000 Hz; the file has 6 from 400 to 1250 Hz"),
+        said.contains(
+            "no frequency within the bands 63, 4000 Hz; the file has 6 frequencies from 400 to 1250 Hz"
+        ),
         "{said}"
     );
     let bands = Bands::new(vec![500.0], BandWidth::Octave).unwrap();
