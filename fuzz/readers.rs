@@ -19,7 +19,7 @@ pub const READERS: [(&str, Reader); 13] = [
     ("obj", |bytes| mesh("obj", bytes)),
     ("ply", |bytes| mesh("ply", bytes)),
     ("scene", scene),
-    ("sofa", head),
+    ("sofa", sofa),
     ("stl", |bytes| mesh("stl", bytes)),
     ("table", table),
     ("wav", recording),
@@ -92,6 +92,12 @@ fn recording(bytes: &[u8]) -> bool {
     let Ok(recording) = sonel_sound::Recording::read(bytes) else { return false };
     assert!(recording.channels.iter().flatten().all(|sample| sample.is_finite()));
     true
+}
+
+/// Responses of a head, and directivities.
+fn sofa(bytes: &[u8]) -> bool {
+    let is_head = head(bytes);
+    sonel_scene::load_balloon("d.sofa", bytes, &bands()).is_ok() || is_head
 }
 
 fn head(bytes: &[u8]) -> bool {

@@ -12,6 +12,7 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use sonel::{Channels, Head, Microphone, Path, SPACINGS, SoundOptions, Waypoint, microphone};
+use sonel_console::heard::HeardArguments;
 use sonel_console::output::{Kind, Output};
 use sonel_echogram::{LATERAL_KEYS, ReceiverDirectivity, Response as Echograms};
 
@@ -300,6 +301,14 @@ impl Response {
             &values,
             &[self.echograms().sources(), channels, samples],
         ))
+    }
+
+    /// All sources as one, with gains [dB] and delays [s] of the scene where none are given.
+    fn together(&self, gains: Vec<(String, f64)>, delays: Vec<(String, f64)>) -> PyResult<Self> {
+        let delay = delays.into_iter().map(|(name, delay)| (name, 1e3 * delay)).collect();
+        let heard = HeardArguments { together: true, gain: gains, delay, ..HeardArguments::default() };
+        let changes = heard.changes(self.echograms()).map_err(error)?.unwrap_or_default();
+        Ok(Self::of(self.response.together(&changes).map_err(error)?, None))
     }
 
     /// Volume of a closed room, the direction up where it is known, and the seed.

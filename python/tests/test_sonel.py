@@ -52,6 +52,21 @@ def response(room):
     return room.render(SEATS)
 
 
+def test_sources_become_one_system_with_gains_and_delays_of_the_scene():
+    sources = {"front": {"position": [2, 2, 1.5]}, "rear": {"position": [8, 5, 1.5], "gain_db": -6, "delay_s": 0.012}}
+    room = sonel.trace(sonel.Scene.shoebox([10, 7, 3], 0.2, sources=sources, duration_s=0.4), packets=200)
+    response = room.render([5.0, 3.0, 1.2])
+    system = response.together()
+    stated = [{"source": "front", "gain_db": 0, "delay_s": 0}, {"source": "rear", "gain_db": -6, "delay_s": 0.012}]
+    assert system.sources == ["front + rear"]
+    assert system.metadata["together"] == stated
+    louder = response.together(gain_db={"rear": 3}, delay_s={"rear": 0})
+    assert louder["source_power_level_db"][0, 0] == pytest.approx(90 + 10 * np.log10(1 + 10**0.3))
+    for wrong in ({"gain_db": {"side": 3}}, {"delay_s": {"rear": 1.1}}, {"delay_s": {"rear": -0.1}}):
+        with pytest.raises(sonel.Error, match="side|rear"):
+            response.together(**wrong)
+
+
 @pytest.fixture(scope="module")
 def mapped(tmp_path_factory):
     """A map of the program."""

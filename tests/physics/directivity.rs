@@ -116,6 +116,43 @@ fn direct_sound_has_the_factor_of_the_table() {
     }
 }
 
+/// A source that was measured off the axes of its file, one that is louder ahead, to the left and above: levels at 1 m around it to 0.01 dB of the
+/// law that the file samples, and all of its energy arrives somewhere.
+#[test]
+fn a_source_in_sofa_has_its_levels_around_it() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../crates/sonel-scene/tests/sofa/turned.sofa");
+    let bytes = std::fs::read(file).expect("a file of the corpus");
+    let bands = Bands::new(vec![500.0, 1000.0], BandWidth::Octave).expect("octaves");
+    let (balloon, _) = sonel_scene::load_balloon(file, &bytes, &bands).expect("a directivity");
+    let (ahead, up) = (dvec3(0.6, 0.0, -0.8), dvec3(0.8, 0.0, 0.6));
+    let left = up.cross(ahead);
+    let middle = dvec3(2.5, 2.0, 1.5);
+    let root = 0.75_f64.sqrt();
+    let sides = [ahead, -ahead, left, -left, up, -up, root * left + 0.5 * ahead, 0.5 * up - root * left];
+    let mesh = Mesh::shoebox([5.0, 4.0, 3.0], [0; 6]);
+    let walls = vec![Material::uniform("black", 1.0, 0.5, 2)];
+    let mut scene = Scene::from_parts(mesh, walls, bands, 0.15).without_air_attenuation();
+    scene = scene.with_source("source", middle.to_array());
+    for side in sides {
+        scene = scene.with_receiver(&side.to_string(), (middle + side).to_array());
+    }
+    scene.sources[0].directivity = Directivity::measured(balloon, ahead, up).expect("up across the aim");
+    scene.sources[0].aim = ahead;
+    let traced = Traced::new(scene, Settings { emissions: 20_000, ..Settings::default() });
+    for band in &traced.ledger.bands {
+        assert!((band.emitted - 1.0).abs() < 1e-12 && (band.absorbed - 1.0).abs() < 0.005, "{band:?}");
+    }
+    let rendering = traced.render(RenderSettings::default());
+    for (index, side) in sides.into_iter().enumerate() {
+        for (band, strength) in [1.0, -0.5].into_iter().enumerate() {
+            let law = 1.0 + strength * (0.4 * side.dot(ahead) + 0.25 * side.dot(left) + 0.15 * side.dot(up));
+            let found = fluence(&rendering, 150, index, band) * 4.0 * std::f64::consts::PI;
+            let off = 10.0 * libm::log10(found / law);
+            assert!(off.abs() < 0.01, "{side} band {band}: {off} dB");
+        }
+    }
+}
+
 /// Every source of a map, each in its own way, sends out one unit of energy per band.
 #[test]
 fn the_ledgers_of_a_measured_source_close() {

@@ -74,11 +74,12 @@ pub fn run(part: Option<Part>) -> Result<()> {
 }
 
 /// Crate sonel and those below it, lowest first.
-const PUBLISHED: [&str; 13] = [
+const PUBLISHED: [&str; 14] = [
     "sonel-acoustics",
     "sonel-sampling",
     "sonel-geometry",
     "sonel-diffraction",
+    "sonel-sofa",
     "sonel-scene",
     "sonel-map",
     "sonel-echogram",

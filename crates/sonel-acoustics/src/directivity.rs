@@ -51,7 +51,7 @@ pub enum Pattern {
 /// A word that names no [`Directivity`].
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
-    "unknown directivity `{0}`: one of omni, subcardioid, cardioid, supercardioid, hypercardioid, figure-eight"
+    "unknown directivity `{0}`: one of omni, subcardioid, cardioid, supercardioid, hypercardioid, figure-eight; of sources also talker"
 )]
 pub struct UnknownDirectivity(pub String);
 

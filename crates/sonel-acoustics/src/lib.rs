@@ -17,7 +17,9 @@ mod lanes;
 mod levels;
 mod material;
 pub mod noise;
+mod source_change;
 mod statistics;
+mod talker;
 
 pub use absorption_law::AbsorptionLaw;
 pub use air::{Air, AirError};
@@ -30,7 +32,9 @@ pub use levels::{
     strength_to_level_db,
 };
 pub use material::{Coefficient, Material, MaterialProblem};
+pub use source_change::SourceChange;
 pub use statistics::{
     equivalent_absorption_area, eyring_time, kuttruff_time, mean_absorption, mean_free_path, sabine_time,
     schroeder_frequency,
 };
+pub use talker::{TALKER, talker};

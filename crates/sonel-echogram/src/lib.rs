@@ -22,7 +22,7 @@ pub use directions::{Directions, LATERAL_KEYS, Lateral};
 pub use error::ResponseError;
 pub use join::{JoinError, join};
 pub use response::{ArrivalKind, Arrivals, Batches, Missing, ReceiverDirectivity, Response};
-pub use together::SourceChange;
+pub use sonel_acoustics::SourceChange;
 
 /// Version of the response file, in its array `format_version`.
 pub const FORMAT_VERSION: u32 = 1;

@@ -4,16 +4,14 @@
 //! energies do not know. A delay moves listed arrivals exactly; what else a bin holds is taken as spread over it. What a delay moves beyond
 //! the last bin counts as energy after the record, as the mean over the receivers.
 
+use serde_json::Value;
+use sonel_acoustics::SourceChange;
+
+use crate::error::ResponseError;
 use crate::response::{Arrivals, Batches, Missing, Response};
 
-/// Change of a source within a system.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct SourceChange {
-    /// Gain [dB].
-    pub gain_db: f64,
-    /// Delay of what it radiates [s], 0 or more.
-    pub delay: f64,
-}
+/// Keys of an entry of the metadata's `sources`: gain [dB] and delay [s] that the scene states.
+const STATED: [&str; 2] = ["gain_db", "delay_s"];
 
 /// Distance to a border within which rounding may put an arrival on its other side [s].
 const BORDER: f64 = 1e-9;
@@ -21,6 +19,35 @@ const BORDER: f64 = 1e-9;
 const ROUNDING: f64 = 1e-6;
 
 impl Response {
+    /// Gain and delay of every source as its scene states them, 0 where it states none.
+    ///
+    /// # Errors
+    /// When the metadata state a value that no scene can have.
+    pub fn stated_changes(&self) -> Result<Vec<SourceChange>, ResponseError> {
+        let stated = |s: usize| {
+            let [gain, delay] = STATED.map(|key| match &self.metadata["sources"][s][key] {
+                Value::Null => 0.0,
+                value => value.as_f64().unwrap_or(f64::NAN),
+            });
+            let change = SourceChange { gain_db: gain, delay };
+            let problem = || {
+                format!(
+                    "states a gain of {gain} dB and a delay of {delay} s of \"{}\"; {} … {} dB and {} … {} s are possible",
+                    self.source_names[s],
+                    SourceChange::GAINS_DB.start(),
+                    SourceChange::GAINS_DB.end(),
+                    SourceChange::DELAYS.start(),
+                    SourceChange::DELAYS.end()
+                )
+            };
+            change
+                .is_valid()
+                .then_some(change)
+                .ok_or_else(|| ResponseError::Array { key: "metadata_json".to_owned(), problem: problem() })
+        };
+        (0..self.sources()).map(stated).collect()
+    }
+
     /// The response with all sources as one, of which `changes` has one per source. The first direct sound is the direct sound, the position
     /// is that of the source whose direct sound is first at the first receiver. Lateral energies are left out.
     ///
@@ -41,7 +68,7 @@ impl Response {
                 *lost += mix.fine(r, b, &mut energy[at..at + self.bins()]) / receivers as f64;
             }
         }
-        let together: Vec<serde_json::Value> = self
+        let together: Vec<Value> = self
             .source_names
             .iter()
             .zip(changes)
@@ -52,6 +79,11 @@ impl Response {
             metadata = serde_json::json!({});
         }
         metadata["together"] = together.into();
+        // They are in it, and are not applied again.
+        let sources = metadata.get_mut("sources").and_then(Value::as_array_mut);
+        for source in sources.into_iter().flatten().filter_map(Value::as_object_mut) {
+            source.retain(|key, _| !STATED.contains(&key.as_str()));
+        }
         let named = if receivers > 0 { first(0) } else { 0 };
         Self {
             center_frequency_hz: self.center_frequency_hz.clone(),
@@ -352,9 +384,39 @@ mod tests {
         assert!((sum.source_power_level_db[0] - 93.0103).abs() < 1e-4);
         assert!((sum.energy[0] - 4.0).abs() < 1e-12 && (sum.energy[5] - 1.5).abs() < 1e-12);
         assert!((sum.direct_times_s[0] - 0.01).abs() < 1e-12);
+        assert_eq!(sum.metadata.as_object().expect("keys").keys().collect::<Vec<_>>(), ["together"]);
         assert!((sum.arrivals.energy[0] - 2.5).abs() < 1e-12);
         let batches = sum.batches.expect("batches");
         assert!((batches.energy[0] - 4.0).abs() < 1e-6 && (batches.energy[15] - 1.5).abs() < 1e-6);
+    }
+
+    /// The same as the next test, but stated by the scene. What was applied is not stated any more.
+    #[test]
+    fn gains_and_delays_of_the_scene_are_read_once() {
+        let stated = serde_json::json!([{ "mirror_order": 3 }, { "gain_db": -10.0, "delay_s": 0.055, "mirror_order": 3 }]);
+        let metadata = serde_json::json!({ "sources": stated });
+        let response = Response { metadata, ..response() };
+        let changes = response.stated_changes().expect("valid");
+        assert_eq!(changes, [SourceChange::default(), SourceChange { gain_db: -10.0, delay: 0.055 }]);
+        let sum = response.together(&changes);
+        assert_eq!(sum.stated_changes().expect("valid"), [SourceChange::default()]);
+        assert_eq!(sum.metadata["sources"][1], serde_json::json!({ "mirror_order": 3 }));
+        assert_eq!(sum.metadata["together"][1]["gain_db"], -10.0);
+    }
+
+    #[test]
+    fn impossible_gains_and_delays_in_metadata_are_refused() {
+        for wrong in [
+            serde_json::json!({ "gain_db": 1e9 }),
+            serde_json::json!({ "gain_db": "loud" }),
+            serde_json::json!({ "delay_s": -1.0 }),
+        ] {
+            let metadata = serde_json::json!({ "sources": [{}, wrong] });
+            let error = Response { metadata, ..response() }.stated_changes().expect_err("impossible");
+            assert!(error.to_string().contains("of \"right\""), "{error}");
+        }
+        let without = Response { metadata: serde_json::json!({ "sources": 7 }), ..response() };
+        assert_eq!(without.stated_changes().expect("nothing stated"), [SourceChange::default(); 2]);
     }
 
     /// 10 dB less of the second leave 1/11 of the power; 55 ms put its arrival into the second bin, and 0.55 of a bin behind the end.

@@ -150,13 +150,16 @@ fn variants(name: &str, variants: &[Material]) -> Fact {
 }
 
 fn source(source: &Source) -> Fact {
-    let value = format!(
+    let mut value = format!(
         "{} at ({}) m towards ({}), {} dB",
         directivity(&source.directivity),
         numbers(&source.position.to_array()),
         numbers(&source.aim.to_array()),
         numbers(&source.power_level_db)
     );
+    if !source.change.is_none() {
+        value += &format!(", gain {} dB, delay {} s", source.change.gain_db, source.change.delay);
+    }
     (format!("source \"{}\"", source.name), value)
 }
 
@@ -237,7 +240,7 @@ mod tests {
     #[test]
     fn every_change_is_named_with_both_values() {
         type Change = fn(&mut MapHeader);
-        let changes: [(Change, &str, &str, &str); 18] = [
+        let changes: [(Change, &str, &str, &str); 19] = [
             (|header| header.tool_version.push('4'), "version of sonel", "1.2.3", "1.2.34"),
             (|header| header.settings.emissions = 7, "number of emissions", "100000", "7"),
             (|header| header.settings.seed = 2, "seed", "1", "2"),
@@ -257,6 +260,12 @@ mod tests {
                 "source \"left\"",
                 "(1, 1, 1)",
                 "(1, 1, 2.5)",
+            ),
+            (
+                |header| header.scene.sources[0].change.delay = 0.02,
+                "source \"left\"",
+                "90 dB",
+                "delay 0.02 s",
             ),
             (
                 |header| header.scene.materials[0].absorption[1] = 0.25,

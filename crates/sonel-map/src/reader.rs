@@ -425,10 +425,12 @@ fn read_header(sections: Sections<'_>, surfaces: &[SurfaceRow]) -> Result<MapHea
     let (directivity, media) = (sections.record(directivity::SECTION)?, sections.record(media::SECTION)?);
     let (variants, designs) = (sections.record(variants::SECTION)?, sections.record(variants::DESIGNS)?);
     let laws = sections.optional(record::LAWS)?;
+    let changes = sections.optional(record::CHANGES)?;
     let gradient = sections.optional(GRADIENT)?;
     let Sections { header, header_offset, .. } = sections;
     let damaged = |reason| MapError::Damaged { offset: header_offset, reason };
     let mut header = record::header(header, mesh, directivity, laws).map_err(damaged)?;
+    record::apply_changes(changes, &mut header.scene.sources).map_err(damaged)?;
     variants::apply(variants, &mut header.scene).map_err(damaged)?;
     variants::apply_designs(designs, &mut header.scene).map_err(damaged)?;
     if let Some(record) = media {

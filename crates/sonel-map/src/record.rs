@@ -1,7 +1,7 @@
 //! Scene and settings as plain records, and back.
 
 use glam::DVec3;
-use sonel_acoustics::{AbsorptionLaw, Air, BandWidth, Bands, Directivity, Material, Pattern};
+use sonel_acoustics::{AbsorptionLaw, Air, BandWidth, Bands, Directivity, Material, Pattern, SourceChange};
 use sonel_geometry::{Mesh, MeshTriangle};
 use sonel_scene::{Effect, Receiver, Scene, Source};
 
@@ -140,6 +140,29 @@ pub(crate) fn laws(materials: &[Material]) -> Option<Vec<u8>> {
     is_angular.then(|| materials.iter().map(|material| material.law.code()).collect())
 }
 
+/// Name of the section that only a map of a scene with gains or delays of its sources has: gain [dB] and delay [s] of each.
+pub(crate) const CHANGES: &str = "sources.changes";
+
+/// The rows of [`CHANGES`]; none where no source has a gain or delay.
+pub(crate) fn changes(sources: &[Source]) -> Option<Vec<[f64; 2]>> {
+    let row = |source: &Source| [source.change.gain_db, source.change.delay];
+    sources.iter().any(|source| !source.change.is_none()).then(|| sources.iter().map(row).collect())
+}
+
+/// Gives the `rows` of [`CHANGES`], none without the section, to `sources`; the reason where they are of others or out of range.
+pub(crate) fn apply_changes(rows: &[[f64; 2]], sources: &mut [Source]) -> Result<(), String> {
+    if !rows.is_empty() && rows.len() != sources.len() {
+        return Err("not one gain and delay per source".to_owned());
+    }
+    for (source, &[gain_db, delay]) in sources.iter_mut().zip(rows) {
+        source.change = SourceChange { gain_db, delay };
+        if !source.change.is_valid() {
+            return Err(format!("gain or delay of source {} out of range", source.name));
+        }
+    }
+    Ok(())
+}
+
 /// The header of `record` with the scene's `mesh`, its directivities and the rows of [`LAWS`], none where there are none; the reason
 /// where the record contradicts itself.
 pub(crate) fn header(
@@ -268,6 +291,7 @@ fn source(record: SourceRecord, bands: usize) -> Result<Source, String> {
         position,
         power_level_db: record.power_level_db,
         aim,
+        change: SourceChange::default(),
     })
 }
 

@@ -124,6 +124,9 @@ impl<W: Write + Seek> MapWriter<W> {
         if let Some(laws) = record::laws(&header.scene.materials) {
             sections.push(self.section(record::LAWS, &laws)?);
         }
+        if let Some(changes) = record::changes(&header.scene.sources) {
+            sections.push(self.section(record::CHANGES, bytemuck::cast_slice(&changes))?);
+        }
         if let Some(media) = &header.scene.media {
             let bytes = codec::encode(&media::record(media)).map_err(MapError::Limit)?;
             sections.push(self.section(media::SECTION, &bytes)?);

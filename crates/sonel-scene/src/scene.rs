@@ -4,7 +4,9 @@
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use sonel_acoustics::{Air, Bands, Directivity, Material, Pattern, equivalent_absorption_area, sabine_time};
+use sonel_acoustics::{
+    Air, Bands, Directivity, Material, Pattern, SourceChange, equivalent_absorption_area, sabine_time,
+};
 use sonel_geometry::{FaceKind, Geometry, GeometryError, LARGEST_TURN, Mesh, SpeedProfile};
 
 use crate::media::{Media, MediaFault, Region, find_sides};
@@ -90,6 +92,8 @@ pub struct Source {
     pub directivity: Directivity,
     /// Unit vector.
     pub aim: DVec3,
+    /// Gain and delay wherever the sources are added to one system; nothing else has them.
+    pub change: SourceChange,
 }
 
 /// A point receiver.
@@ -114,6 +118,7 @@ impl Source {
             power_level_db: vec![DEFAULT_POWER_LEVEL_DB; band_count],
             directivity: Directivity::OMNI,
             aim: DVec3::X,
+            change: SourceChange::default(),
         }
     }
 }

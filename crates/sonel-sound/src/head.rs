@@ -2,7 +2,7 @@
 //!
 //! They are the pressure at the ears over that at the centre of the head without the head, and are taken as the file has them: nothing is
 //! normalised, propagation delays that the file holds stay. They are converted to the sample rate of the impulse responses. A direction takes the weighted
-//! mean of the three measured directions around it (`triangles`) at the largest measured distance, delays apart from what is left without them
+//! mean of the three measured directions around it ([`Triangles`]) at the largest measured distance, delays apart from what is left without them
 //! ([`crate::alignment`]): the time between the ears changes without steps. Where nothing is measured within 30° of an axis of the head,
 //! the axis takes the mean of all measured directions, weighted by 1 / distance⁴.
 //!
@@ -12,14 +12,13 @@ use std::panic::catch_unwind;
 
 use glam::DVec3;
 use rayon::prelude::*;
-use sofar::hdf::parse_with_children;
 use sofar::reader::{OpenOptions, Sofar};
+use sonel_sofa::{Sofa, Triangles, UNREAD, Weights};
 
 use crate::alignment::Aligned;
 use crate::resampling::resample;
 use crate::transform::Transform;
-use crate::triangles::{Triangles, Weights};
-use crate::{SAMPLE_RATE_HZ, SoundError, stored};
+use crate::{SAMPLE_RATE_HZ, SoundError};
 
 /// Distances closer than this part are one.
 const SAME_DISTANCE: f64 = 1e-3;
@@ -32,9 +31,9 @@ const HIGHEST_RATE_HZ: f32 = 192_000.0;
 /// Cosine of 30°, beyond which an axis of the head counts as not measured.
 const MEASURED_COSINE: f64 = 0.866_025_403_784_438_6;
 
-/// What is said of files that the library does not read: damaged ones, and those of HDF5 before 1.8 or since 1.10, in uncompressed or very many
-/// chunks.
-const UNREAD: &str = "the file is damaged, or stored otherwise than by the netCDF library";
+/// Arrays that a head is made of.
+const ARRAYS: [&str; 5] =
+    ["Data.IR", "Data.Delay", "Data.SamplingRate", "SourcePosition", "ReceiverPosition"];
 
 /// Longest responses at a rate, with their delays [samples].
 #[must_use]
@@ -61,11 +60,8 @@ impl Head {
         // No rate is asked for: the library would convert responses without keeping the gain of their spectra.
         let options = options.sample_rate(f32::NAN).normalized(false);
         // The library indexes what a damaged file says.
-        let opened = catch_unwind(|| {
-            let parsed = parse_with_children(file).map_err(|_| UNREAD.to_owned())?;
-            stored::check(&parsed, file)?;
-            options.open_data(file).map_err(|_| UNREAD.to_owned())
-        });
+        Sofa::open(file).and_then(|sofa| sofa.check(&ARRAYS)).map_err(failed)?;
+        let opened = catch_unwind(|| options.open_data(file).map_err(|_| UNREAD.to_owned()));
         let sofar = opened.unwrap_or_else(|_| Err(UNREAD.to_owned())).map_err(failed)?;
         check(&sofar).map_err(failed)?;
         let (directions, responses) = measured(&sofar, sample_rate_hz)?;

@@ -30,9 +30,7 @@ pub mod plane_waves;
 pub mod pulses;
 pub mod resampling;
 mod sphere;
-mod stored;
 mod transform;
-mod triangles;
 mod walk;
 pub mod wav;
 

@@ -1150,6 +1150,31 @@ class Response(_Managed):
         """What `sonel-render --json` prints. None for a response that was loaded."""
         return self._inner.report
 
+    def together(
+        self, *, gain_db: Mapping[str, float] | None = None, delay_s: Mapping[str, float] | None = None
+    ) -> Response:
+        """All sources as one system, as `sonel-analyze parameters --together`: energies are added, without lateral ones.
+
+        Parameters
+        ----------
+        gain_db
+            Gains of sources by name [dB], -100 ... 100. Other sources have that of the scene, else 0.
+        delay_s
+            Delays of sources by name [s], 0 ... 1. Other sources have that of the scene, else 0.
+
+        Returns
+        -------
+        Response
+            A response of one source.
+
+        Raises
+        ------
+        Error
+            A name that no source has, or a value that is out of range.
+        """
+        gains, delays = (list((given or {}).items()) for given in (gain_db, delay_s))
+        return Response(self._inner.together(gains, delays))
+
     def impulse_responses(
         self,
         *,

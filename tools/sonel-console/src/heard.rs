@@ -1,6 +1,7 @@
 //! Options that say what is heard: speech, noise, and sources as one system.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
 use anyhow::bail;
 use clap::Args;
@@ -21,16 +22,13 @@ pub struct HeardArguments {
     /// All sources as one system: energies are added, time zero is the first direct sound. Lateral parameters are left out.
     #[arg(long)]
     pub together: bool,
-    /// Gain of a source with --together [dB]; repeatable.
+    /// Gain of a source with --together [dB], -100 … 100; repeatable [default: that of the scene, else 0].
     #[arg(long, value_name = "SOURCE=dB", value_parser = number, allow_hyphen_values = true, requires = "together")]
     pub gain: Vec<(String, f64)>,
-    /// Delay of a source with --together [ms], 0 … 1000; repeatable.
+    /// Delay of a source with --together [ms], 0 … 1000; repeatable [default: that of the scene, else 0].
     #[arg(long, value_name = "SOURCE=ms", value_parser = number, allow_hyphen_values = true, requires = "together")]
     pub delay: Vec<(String, f64)>,
 }
-
-/// Longest delay of a loudspeaker [ms].
-const LONGEST_DELAY_MS: f64 = 1000.0;
 
 impl HeardArguments {
     /// What is said, where there is a level of noise.
@@ -47,10 +45,10 @@ impl HeardArguments {
         Ok(self.changes(&response)?.map(|changes| response.together(&changes)).unwrap_or(response))
     }
 
-    /// What becomes of each source within the system; none where sources stand for themselves.
+    /// What becomes of each source within the system, by the scene where no option says otherwise; none where sources stand for themselves.
     ///
     /// # Errors
-    /// When a gain or delay is of no source, given twice or impossible.
+    /// When a gain or delay is of no source, given twice or impossible, in an option or in the response.
     pub fn changes(&self, response: &Response) -> anyhow::Result<Option<Vec<SourceChange>>> {
         if !self.together {
             return Ok(None);
@@ -71,21 +69,35 @@ impl HeardArguments {
             Ok(found)
         };
         let (gains, delays) = (of(&self.gain, "gain")?, of(&self.delay, "delay")?);
-        if let Some((name, delay)) =
-            delays.iter().find(|(_, delay)| !(0.0..=LONGEST_DELAY_MS).contains(*delay))
-        {
-            bail!("delay of \"{name}\": {delay} ms is outside 0 … {LONGEST_DELAY_MS} ms");
+        let mut changes = response.stated_changes()?;
+        for (name, change) in response.source_names.iter().zip(&mut changes) {
+            if let Some(gain) = gains.get(name) {
+                within(name, "gain", *gain, 1.0, SourceChange::GAINS_DB, "dB")?;
+                change.gain_db = *gain;
+            }
+            if let Some(delay) = delays.get(name) {
+                within(name, "delay", *delay, 1e3, SourceChange::DELAYS, "ms")?;
+                change.delay = 1e-3 * delay;
+            }
         }
-        let changes: Vec<SourceChange> = response
-            .source_names
-            .iter()
-            .map(|name| SourceChange {
-                gain_db: gains.get(name).copied().unwrap_or(0.0),
-                delay: 1e-3 * delays.get(name).copied().unwrap_or(0.0),
-            })
-            .collect();
         Ok(Some(changes))
     }
+}
+
+/// An error where the `value` of `what` of source `name` is not within `range`, `scale` of its units each.
+fn within(
+    name: &str,
+    what: &str,
+    value: f64,
+    scale: f64,
+    range: RangeInclusive<f64>,
+    unit: &str,
+) -> anyhow::Result<()> {
+    let (low, high) = (scale * range.start(), scale * range.end());
+    if !(low..=high).contains(&value) {
+        bail!("{what} of \"{name}\": {value} {unit} is outside {low} … {high} {unit}");
+    }
+    Ok(())
 }
 
 /// Reads `--noise`.

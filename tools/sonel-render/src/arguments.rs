@@ -122,7 +122,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with_all = ["temperature", "humidity"])]
     pub no_air: bool,
     /// Change a coefficient or directivity: materials.NAME.absorption=0.4 (also scattering, diffuse, transmission,
-    /// sound_reduction_db; one number, or one per band with commas between), materials.NAME.library=ENTRY, sources.NAME.directivity=WORD or a CSV file;
+    /// sound_reduction_db; one number, or one per band with commas between), materials.NAME.library=ENTRY, sources.NAME.directivity=WORD or a file (.csv, .sofa);
     /// repeatable. What the stored paths do not support is refused, with the sonel-trace command that makes it possible.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = parse_change)]
     pub set: Vec<Change>,

@@ -6,7 +6,14 @@ use super::tree::{Finding, SourceFile, Tree};
 
 /// Our crates by layer, lowest first; a crate may depend on lower layers only.
 const LAYERS: [&[&str]; 9] = [
-    &["sonel-acoustics", "sonel-sampling", "sonel-geometry", "sonel-diffraction", "sonel-testkit"],
+    &[
+        "sonel-acoustics",
+        "sonel-sampling",
+        "sonel-geometry",
+        "sonel-diffraction",
+        "sonel-sofa",
+        "sonel-testkit",
+    ],
     &["sonel-scene"],
     &["sonel-map", "sonel-echogram"],
     &["sonel-tracer", "sonel-renderer", "sonel-analysis", "sonel-sound"],
@@ -73,8 +80,8 @@ const HOMES: [(&str, &[&str]); 45] = [
     ),
     ("signal-hook", &["tools/sonel-console"]),
     ("smallvec", &["crates/sonel-geometry", "crates/sonel-renderer"]),
-    ("sofar", &["crates/sonel-sound"]),
-    ("spade", &["crates/sonel-geometry", "crates/sonel-sound"]),
+    ("sofar", &["crates/sonel-sofa", "crates/sonel-sound"]),
+    ("spade", &["crates/sonel-geometry", "crates/sonel-sofa"]),
     ("statrs", &["crates/sonel-testkit"]),
     ("tempfile", &["crates/sonel/", "tools/", "crates/sonel-testkit"]),
     ("tiny_http", &["tools/sonel-view"]),

@@ -1,6 +1,7 @@
 //! Files read and written from outside: damaged, forged, old and joined ones.
 #![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
 
+mod changes;
 mod corpus;
 mod directivity;
 mod faults;

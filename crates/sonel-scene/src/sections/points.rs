@@ -1,9 +1,10 @@
 //! `[[sources]]` and `[[receivers]]`
 
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 
 use glam::DVec3;
-use sonel_acoustics::{Balloon, Directivity, Pattern};
+use sonel_acoustics::{Balloon, Directivity, Pattern, SourceChange, TALKER, talker};
 
 use crate::balloon_file;
 use crate::bands::BandChoice;
@@ -52,7 +53,7 @@ pub(crate) fn read_receivers(
     let read = |(table, name): (&Table<'_>, String)| {
         table.allow_only(&["name", "position", "directivity", "aim"], report);
         let entry = table.get("directivity");
-        let pattern = entry.and_then(|entry| read_pattern(&entry, report)).unwrap_or_default();
+        let pattern = entry.and_then(|entry| read_pattern(&entry, &[], report)).unwrap_or_default();
         if pattern != Pattern::Omni && first_source.is_none() && table.get("aim").is_none() {
             let path = table.path_of("aim");
             report.problem(table.at, format!("{path}: missing; a {pattern} receiver needs aim = [x, y, z]"));
@@ -75,7 +76,8 @@ fn read_source(
     open: OpenMesh<'_>,
     report: &mut Report<'_>,
 ) -> Placed<Source> {
-    table.allow_only(&["name", "position", "power_level_db", "directivity", "aim", "up"], report);
+    let known = ["name", "position", "power_level_db", "directivity", "aim", "up", "gain_db", "delay_s"];
+    table.allow_only(&known, report);
     let power_level_db = table
         .get("power_level_db")
         .and_then(|entry| Some(bands.per_band(&entry, &entry.number_or_list(report)?, report)))
@@ -85,13 +87,36 @@ fn read_source(
     }
     let aim = read_direction(table, "aim", report);
     let directivity = read_directivity(table, bands, up, aim, open, report);
+    let change = SourceChange {
+        gain_db: read_within(table, "gain_db", SourceChange::GAINS_DB, "dB", report),
+        delay: read_within(table, "delay_s", SourceChange::DELAYS, "s", report),
+    };
     place_at(table, report, |position, _| Source {
         name,
         position,
         power_level_db,
         directivity,
         aim: aim.unwrap_or(DVec3::X),
+        change,
     })
+}
+
+/// A number within `range`, 0 where the key is left out.
+fn read_within(
+    table: &Table<'_>,
+    key: &str,
+    range: RangeInclusive<f64>,
+    unit: &str,
+    report: &mut Report<'_>,
+) -> f64 {
+    let Some(entry) = table.get(key) else { return 0.0 };
+    let Some(number) = entry.number(report) else { return 0.0 };
+    if !range.contains(&number.value) {
+        let (low, high) = range.into_inner();
+        entry.problem(report, &format!("{} {unit} is outside {low} … {high} {unit}", number.value));
+        return 0.0;
+    }
+    number.value
 }
 
 fn read_directivity(
@@ -105,15 +130,17 @@ fn read_directivity(
     let entry = table.get("directivity");
     let value = entry.as_ref().and_then(|entry| Some((entry, entry.text(report)?)));
     let file = value.filter(|(_, value)| balloon_file::is_balloon_file(value));
+    let is_talker = value.is_some_and(|(_, value)| value == TALKER);
     let pattern = match (&file, &entry) {
-        (None, Some(entry)) => read_pattern(entry, report).unwrap_or_default(),
+        (None, Some(entry)) if !is_talker => read_pattern(entry, &[TALKER], report).unwrap_or_default(),
         _ => Pattern::Omni,
     };
     if let (None, Some(aim)) = (&entry, table.get("aim")) {
         aim.problem(report, "a source without directivity is omnidirectional and has no aim; add directivity, or remove this key");
     }
-    if (file.is_some() || pattern != Pattern::Omni) && table.get("aim").is_none() {
-        let kind = file.map_or(pattern.name(), |_| "directional");
+    if (file.is_some() || is_talker || pattern != Pattern::Omni) && table.get("aim").is_none() {
+        let word = if is_talker { TALKER } else { pattern.name() };
+        let kind = file.map_or(word, |_| "directional");
         let message = format!("{}: missing; a {kind} source needs aim = [x, y, z]", table.path_of("aim"));
         report.problem(table.at, message);
     }
@@ -122,7 +149,11 @@ fn read_directivity(
         if let Some(up) = table.get("up") {
             up.problem(report, "only a directivity from a file has an upper side; remove the key");
         }
-        return pattern.into();
+        return match aim.filter(|_| is_talker) {
+            // The same around the aim: no side is up.
+            Some(aim) => Directivity::measured(talker(&bands.bands), aim, up).unwrap_or(Directivity::OMNI),
+            None => pattern.into(),
+        };
     };
     let Some(balloon) = read_balloon(entry, path, bands, open, report) else { return Directivity::OMNI };
     let Some(aim) = aim else { return Directivity::OMNI };
@@ -155,11 +186,13 @@ fn read_balloon(
     }
 }
 
-fn read_pattern(entry: &Entry<'_>, report: &mut Report<'_>) -> Option<Pattern> {
+/// A pattern; `others` are words that are none but known.
+fn read_pattern(entry: &Entry<'_>, others: &[&str], report: &mut Report<'_>) -> Option<Pattern> {
     let name = entry.text(report)?;
     let pattern = name.parse().ok();
     if pattern.is_none() {
-        let advice = suggest(name, Pattern::ALL.map(Pattern::name));
+        let known = Pattern::ALL.map(Pattern::name).into_iter().chain(others.iter().copied());
+        let advice = suggest(name, known);
         entry.problem(report, &format!("unknown directivity `{name}`; {advice}"));
     }
     pattern

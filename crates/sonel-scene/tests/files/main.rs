@@ -6,4 +6,5 @@ mod corpus;
 mod documentation;
 mod formats;
 mod robustness;
+mod sofa;
 mod values;

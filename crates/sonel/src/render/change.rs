@@ -5,7 +5,7 @@ use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use sonel_acoustics::{Directivity, Material, Pattern};
+use sonel_acoustics::{Directivity, Material, Pattern, TALKER, talker};
 use sonel_scene::{
     Scene, Source, Value, is_balloon_file, load_balloon, load_materials, read_material, read_variants,
 };
@@ -21,7 +21,7 @@ pub enum Change {
     Coefficient(String, MaterialKey, Coefficients),
     /// Entries of the shipped library for a material; the first that has a coefficient counts.
     Library(String, Vec<String>),
-    /// Directivity of a source: the name of a pattern such as `cardioid`, or a CSV file.
+    /// Directivity of a source: a word such as `cardioid` or `talker`, or a file.
     Directivity(String, String),
 }
 
@@ -205,8 +205,12 @@ fn check_kept(scene: &Scene, materials: &[Material]) -> Result<()> {
     Ok(())
 }
 
-/// The pattern of this name, or what the file of this name holds: azimuths are counted towards what was up before, or the scene's up.
+/// The pattern of this name, a talker, or what the file of this name holds: azimuths are counted towards what was up before, or the scene's up.
 fn directivity(value: &str, source: &Source, scene: &Scene) -> Result<Directivity> {
+    if value == TALKER {
+        let found = Directivity::measured(talker(&scene.bands), source.aim, scene.up);
+        return found.ok_or_else(|| Error::refused("a talker needs an aim"));
+    }
     if !is_balloon_file(value) {
         let pattern = value.parse::<Pattern>().map_err(|unknown| Error::refused(unknown.to_string()))?;
         return Ok(pattern.into());
@@ -290,6 +294,30 @@ mod tests {
         assert!(materials[0].scattering.iter().all(|s| (s - 0.5).abs() < 1e-15));
         assert!((materials[0].transmission[3] - 0.01).abs() < 1e-15);
         assert_eq!(sources[0].directivity, Pattern::Cardioid.into());
+    }
+
+    #[test]
+    fn a_talker_is_set_by_its_word() {
+        let (_, sources) = change(&["sources.left.directivity=talker"]).unwrap();
+        let aim = sources[0].aim;
+        let level = |direction| libm::log10(sources[0].directivity.towards(aim, direction).factor(4)) * 10.0;
+        assert!((level(aim) - level(-aim) - 6.3).abs() < 1e-9, "front re back at 1 kHz");
+    }
+
+    #[test]
+    fn a_directivity_is_set_from_sofa() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../sonel-scene/tests/sofa/turned.sofa");
+        let set = [Change::parse("sources.left.directivity", file).unwrap()];
+        assert_eq!(set[0].file(), Some(PathBuf::from(file)));
+        let bands = Bands::new(vec![500.0, 1000.0], sonel_acoustics::BandWidth::Octave).unwrap();
+        let scene = Scene::shoebox([3.0, 4.0, 5.0], Material::uniform("walls", 0.2, 0.5, 2), bands)
+            .with_source("left", [1.0; 3]);
+        let (_, sources) = changed(&scene, None, None, &set).unwrap();
+        let towards = sources[0].directivity.towards(sources[0].aim, sources[0].aim);
+        assert!((towards.factor(0) - 1.4).abs() < 1e-6, "{}", towards.factor(0));
+        // All octaves are more than it has.
+        let error = changed(&self::scene(), None, None, &set).unwrap_err().to_string();
+        assert!(error.contains("turned.sofa: no frequency within the bands 63, 125"), "{error}");
     }
 
     #[test]

@@ -9,6 +9,7 @@ use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, hexadecimal};
 use sonel_renderer::{Columns, ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_scene::Source;
 use sonel_study::forecast::Effort;
 use sonel_study::plan::RenderLoad;
 use sonel_study::response;
@@ -140,7 +141,7 @@ impl Run<'_> {
                 "radius_m": self.settings.gather_radius,
                 "air_attenuation": self.renderer.attenuation(),
             },
-            "sources": self.renderings.iter().map(|rendering| self.shares(rendering)).collect::<Vec<_>>(),
+            "sources": self.renderings.iter().zip(&header.scene.sources).map(|(rendering, source)| self.shares(rendering, source)).collect::<Vec<_>>(),
         });
         if let Some(volume) = self.renderer.volume() {
             metadata["volume_m3"] = volume.into();
@@ -177,8 +178,8 @@ impl Run<'_> {
         json!({ "materials": materials, "directivities": directivities })
     }
 
-    /// Orders and energy per path class of one source.
-    fn shares(&self, rendering: &Rendering) -> Value {
+    /// Orders and energy per path class of one source, with the gain and delay that its scene states.
+    fn shares(&self, rendering: &Rendering, source: &Source) -> Value {
         let classes: Vec<Value> = self
             .renderer
             .path_classes()
@@ -203,13 +204,18 @@ impl Run<'_> {
             .iter()
             .map(|work| json!({ "computed": work.computed, "dropped_db": 10.0 * LOG10_E * libm::log1p(work.dropped) }))
             .collect();
-        json!({
+        let mut shares = json!({
             "mirror_order": rendering.mirror_order,
             "image_order": rendering.image_order,
             "sphere_radius_m": rendering.sphere_radius,
             "edges": edges,
             "classes": classes,
-        })
+        });
+        if !source.change.is_none() {
+            shares["gain_db"] = source.change.gain_db.into();
+            shares["delay_s"] = source.change.delay.into();
+        }
+        shares
     }
 }
 

@@ -1,16 +1,14 @@
-//! Directivity of a source from a table of levels over directions, a CSV file (docs/formats/directivity.md).
+//! A table of levels over directions, a CSV file.
 //!
 //! Angles are multiples of one step each. What symmetry leaves out is mirrored: one azimuth is all, azimuths up to 90° are a quarter, up to
 //! 180° a half. A negative polar angle is the positive one at the opposite azimuth, so two polars are the azimuths 0° and 90°.
 
 use std::collections::BTreeMap;
 
-use sonel_acoustics::{
-    Balloon, BalloonError, BandWidth, Bands, Directivity, energy_from_level_db, energy_to_level_db,
-};
+use sonel_acoustics::{BandWidth, Bands, energy_from_level_db, energy_to_level_db};
 
+use super::grid::{Grid, Problems, SPREAD_DB, problem};
 use crate::obj::LineProblem;
-use crate::problem::{Place, Problem, SceneErrors};
 
 /// Largest distance of an angle from a multiple of the step [°]: files round to two decimals.
 const ANGLE_TOLERANCE: f64 = 0.01;
@@ -20,8 +18,6 @@ const FINEST_STEP: f64 = 1.0;
 const COARSEST_STEP: f64 = 90.0;
 /// Highest level [dB], far above any reference; its energy of 1e30 is far from overflow.
 const HIGHEST_LEVEL_DB: f64 = 300.0;
-/// Difference of levels at a pole from which on a note names it [dB]: rounding of files with one decimal.
-const POLE_SPREAD_DB: f64 = 0.1;
 
 /// One row: a direction and its energies in the bands of the scene.
 struct Row {
@@ -37,29 +33,11 @@ struct Axis {
     count: usize,
 }
 
-type Problems = Vec<LineProblem>;
-
-fn problem(line: usize, message: impl Into<String>) -> LineProblem {
-    LineProblem { line, message: message.into() }
-}
-
-/// Reads the balloon of the file called `name`, for `bands`; with what is to be said about it.
+/// Reads the grid of a table, for `bands`.
 ///
 /// # Errors
 /// Every problem with its line.
-pub fn load_balloon(name: &str, bytes: &[u8], bands: &Bands) -> Result<(Balloon, Vec<String>), SceneErrors> {
-    read(name, bytes, bands).map_err(|problems| SceneErrors {
-        problems: problems
-            .into_iter()
-            .map(|LineProblem { line, message }| Problem {
-                place: Place { file: name.to_owned(), line, column: 1 },
-                message,
-            })
-            .collect(),
-    })
-}
-
-pub(crate) fn read(name: &str, bytes: &[u8], bands: &Bands) -> Result<(Balloon, Vec<String>), Problems> {
+pub(super) fn read(bytes: &[u8], bands: &Bands) -> Result<Grid, Problems> {
     let (rows, mut notes) = read_rows(bytes, bands)?;
     let (is_pole, off_poles): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|row| row.is_pole());
     let polars = polar_axis(&off_poles)?;
@@ -71,24 +49,7 @@ pub(crate) fn read(name: &str, bytes: &[u8], bands: &Bands) -> Result<(Balloon, 
         notes.push(format!("azimuths end at {largest}° and are mirrored at {planes}"));
     }
     notes.extend(pole_spread(&is_pole));
-    let shape = [azimuths.count, polars.count, bands.count()];
-    let label = name.rsplit(['/', '\\']).next().unwrap_or(name);
-    let balloon = Balloon::new(label, shape, energies).map_err(|error| match error {
-        BalloonError::Silent(band) => {
-            vec![problem(1, format!("band {} Hz: no direction has sound", bands.nominal()[band]))]
-        }
-        other => vec![problem(0, other.to_string())],
-    })?;
-    notes.push(describe(&balloon, bands));
-    Ok((balloon, notes))
-}
-
-fn describe(balloon: &Balloon, bands: &Bands) -> String {
-    let [azimuths, polars, _] = balloon.shape();
-    let index =
-        |(band, hz): (usize, &f64)| format!("{:.1} dB at {hz} Hz", energy_to_level_db(balloon.on_axis(band)));
-    let indices: Vec<String> = bands.nominal().iter().enumerate().map(index).collect();
-    format!("{azimuths} azimuths, {polars} polar angles; directivity index {}", indices.join(", "))
+    Ok(Grid { shape: [azimuths.count, polars.count, bands.count()], energies, notes })
 }
 
 impl Row {
@@ -360,29 +321,16 @@ fn pole_spread(rows: &[&Row]) -> Option<String> {
         (0..bands).map(of_band).fold(0.0, f64::max)
     };
     let largest = spread(true).max(spread(false));
-    (largest > POLE_SPREAD_DB).then(|| {
+    (largest > SPREAD_DB).then(|| {
         format!("levels at one pole differ by up to {largest:.1} dB; the mean of their energies is used")
     })
 }
 
-/// Whether a value of `directivity` names a file.
-#[must_use]
-pub fn is_balloon_file(value: &str) -> bool {
-    value.to_lowercase().ends_with(".csv")
-}
-
-/// The directivity of `balloon` on a source that aims along `aim`, with azimuths towards `up`; a sentence where these are parallel.
-///
-/// # Errors
-/// When aim and up are parallel and azimuths differ.
-pub fn rolled(balloon: Balloon, aim: glam::DVec3, up: glam::DVec3) -> Result<Directivity, String> {
-    Directivity::measured(balloon, aim, up)
-        .ok_or_else(|| "is parallel to aim: give up = [x, y, z], a direction across the aim".to_owned())
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::read;
     use super::*;
+    use sonel_acoustics::Balloon;
 
     /// Rows of `level` [dB] at `azimuths` and `polars` [°] in one band.
     fn table(azimuths: &[i32], polars: &[i32], level: impl Fn(f64, f64) -> f64) -> String {

@@ -9,9 +9,19 @@ use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 /// Directions closer to the centre of projection than this are the same one: 1 − cos.
 const SAME: f64 = 1e-10;
 
+/// Belts of latitude, in each of which few of many triangles are sought.
+const BELTS: usize = 90;
+
+/// Coordinates closer to 0 are 0: spade refuses what is nearly no number.
+const NOTHING: f64 = 1e-30;
+
 /// Triangles that surround the origin.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Triangles(Vec<Triangle>);
+pub struct Triangles {
+    triangles: Vec<Triangle>,
+    /// Numbers of the triangles that reach into each belt, from south to north.
+    belts: Vec<Vec<usize>>,
+}
 
 /// Three directions.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +49,10 @@ impl HasPosition for Projected {
 
 impl Triangles {
     /// Between unit vectors of which no half of a sphere is free.
+    ///
+    /// # Panics
+    /// Without a direction, or where one is not finite.
+    #[must_use]
     pub fn new(directions: &[DVec3]) -> Self {
         let centre = directions[0];
         let (x, y) = centre.any_orthonormal_pair();
@@ -46,7 +60,9 @@ impl Triangles {
         for (index, direction) in directions.iter().enumerate().skip(1) {
             let depth = 1.0 - direction.dot(centre);
             if depth > SAME {
-                let place = Point2::new(direction.dot(x) / depth, direction.dot(y) / depth);
+                let [x, y] = [x, y].map(|axis| direction.dot(axis) / depth);
+                let tame = |value: f64| if value.abs() < NOTHING { 0.0 } else { value };
+                let place = Point2::new(tame(x), tame(y));
                 plane.insert(Projected { index, place }).expect("a finite point");
             }
         }
@@ -55,13 +71,33 @@ impl Triangles {
             let [from, to] = edge.vertices().map(|vertex| vertex.data().index);
             [0, from, to]
         });
-        Self(inner.chain(outer).filter_map(|corners| Triangle::new(directions, corners)).collect())
+        let triangles: Vec<Triangle> =
+            inner.chain(outer).filter_map(|corners| Triangle::new(directions, corners)).collect();
+        let mut belts = vec![Vec::new(); BELTS];
+        for (number, triangle) in triangles.iter().enumerate() {
+            let corners = triangle.corners.map(|corner| directions[corner]);
+            // The cap about the middle that holds the corners holds all between them, where it is less than half the sphere.
+            let middle = corners.iter().sum::<DVec3>().try_normalize();
+            let least = middle.map_or(-1.0, |middle| {
+                corners.map(|corner| corner.dot(middle)).into_iter().fold(1.0, f64::min)
+            });
+            let (first, last) = if least > 0.0 {
+                let (latitude, radius) = (latitude(middle.unwrap_or(DVec3::Z)), libm::acos(least) + MARGIN);
+                (belt(latitude - radius), belt(latitude + radius))
+            } else {
+                (0, BELTS - 1)
+            };
+            belts[first..=last].iter_mut().for_each(|belt| belt.push(number));
+        }
+        Self { triangles, belts }
     }
 
     /// Barycentric weights of a direction in the triangle that contains it.
+    #[must_use]
     pub fn weights(&self, u: DVec3) -> Weights {
         let mut best = (f64::NEG_INFINITY, [0.0; 3], [0; 3]);
-        for triangle in &self.0 {
+        for &number in &self.belts[belt(latitude(u))] {
+            let triangle = &self.triangles[number];
             let weights = triangle.inverse.map(|row| row.dot(u));
             let least = weights[0].min(weights[1]).min(weights[2]);
             if least > best.0 {
@@ -78,6 +114,20 @@ impl Triangles {
     }
 }
 
+/// Added to the extent of a triangle, far above rounding [rad].
+const MARGIN: f64 = 1e-6;
+
+/// Angle of a unit vector above the horizontal plane [rad].
+fn latitude(u: DVec3) -> f64 {
+    libm::asin(u.z.clamp(-1.0, 1.0))
+}
+
+/// Number of the belt of a latitude [rad].
+fn belt(latitude: f64) -> usize {
+    let share = latitude / core::f64::consts::PI + 0.5;
+    ((share * BELTS as f64).max(0.0) as usize).min(BELTS - 1)
+}
+
 impl Triangle {
     /// None where the corners are one.
     fn new(directions: &[DVec3], corners: [usize; 3]) -> Option<Self> {
@@ -91,6 +141,15 @@ impl Triangle {
 mod tests {
     use super::*;
     use std::f64::consts::PI;
+
+    #[test]
+    fn a_direction_that_is_nearly_on_an_axis_is_no_panic() {
+        let axes =
+            [DVec3::X, DVec3::NEG_X, DVec3::new(1e-60, 1.0, -1e-200), DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+        let weights = Triangles::new(&axes).weights(DVec3::new(0.0, 0.6, 0.8));
+        let of = |corner| weights.iter().find(|(at, _)| *at == corner).map_or(0.0, |(_, weight)| *weight);
+        assert!((of(2) - 3.0 / 7.0).abs() < 1e-9 && (of(4) - 4.0 / 7.0).abs() < 1e-9, "{weights:?}");
+    }
 
     /// A grid of 10°, whose quadrangles lie in planes, has its own directions with weight 1 and all others between neighbours.
     #[test]

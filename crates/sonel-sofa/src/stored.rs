@@ -1,14 +1,11 @@
 //! How the arrays of a SOFA file are stored, as far as the reader takes them for something else.
 //!
 //! The package sofar reads any bytes as little-endian numbers, and compressed ones as shuffled whether they are or not. Here that is told from
-//! data types and from the filters in the object headers (HDF5 File Format Specification 3.0, IV.A), so that no file has other responses than
+//! data types and from the filters in the object headers (HDF5 File Format Specification 3.0, IV.A), so that no file has other numbers than
 //! it holds. An array takes no more memory than the file allows for.
 
-use sofar::hdf::{DataObject, ParsedHdf};
+use sofar::hdf::DataObject;
 
-/// Arrays that a head is made of.
-const ARRAYS: [&str; 5] =
-    ["Data.IR", "Data.Delay", "Data.SamplingRate", "SourcePosition", "ReceiverPosition"];
 /// An array of at most so many bytes, or of this many times the file, is taken: what compression can do.
 const ANYWAY: u64 = 64 << 20;
 const LARGEST_RATIO: u64 = 100;
@@ -21,32 +18,26 @@ const SHUFFLE: u16 = 2;
 const DEFLATE: u16 = 1;
 const CHECKSUM: u16 = 3;
 
-/// Checks the arrays of `parsed`, which is `file`.
+/// Checks the array `name` of `file`.
 ///
 /// # Errors
 /// What is stored otherwise than it would be read, in a sentence.
-pub(crate) fn check(parsed: &ParsedHdf<'_>, file: &[u8]) -> Result<(), String> {
-    for name in ARRAYS {
-        let Some(array) = parsed.get_child(name) else { continue };
-        let array = array
-            .map_err(|_| format!("{name} is damaged, or stored otherwise than by the netCDF library"))?;
-        if array.dt.class_bit_field & 1 == 1 {
-            return Err(format!("{name} is stored big-endian"));
-        }
-        let bytes = bytes_of(&array);
-        if bytes > ANYWAY.max(LARGEST_RATIO.saturating_mul(file.len() as u64)) {
-            return Err(format!("{name} claims {bytes} bytes, the file has {}", file.len()));
-        }
-        let filters =
-            filters(file, array.address).ok_or_else(|| format!("the header of {name} is damaged"))?;
-        let has = |filter: u16| filters.contains(&filter);
-        let is_known = filters.iter().all(|filter| [SHUFFLE, DEFLATE, CHECKSUM].contains(filter));
-        let is_of_netcdf = has(SHUFFLE) && has(DEFLATE) && is_known;
-        if !(filters.is_empty() || is_of_netcdf) {
-            return Err(format!(
-                "{name} is stored by filters {filters:?}, not shuffled and deflated as by netCDF"
-            ));
-        }
+pub(crate) fn check(name: &str, array: &DataObject, file: &[u8]) -> Result<(), String> {
+    if array.dt.class_bit_field & 1 == 1 {
+        return Err(format!("{name} is stored big-endian"));
+    }
+    let bytes = bytes_of(array);
+    if bytes > ANYWAY.max(LARGEST_RATIO.saturating_mul(file.len() as u64)) {
+        return Err(format!("{name} claims {bytes} bytes, the file has {}", file.len()));
+    }
+    let filters = filters(file, array.address).ok_or_else(|| format!("the header of {name} is damaged"))?;
+    let has = |filter: u16| filters.contains(&filter);
+    let is_known = filters.iter().all(|filter| [SHUFFLE, DEFLATE, CHECKSUM].contains(filter));
+    let is_of_netcdf = has(SHUFFLE) && has(DEFLATE) && is_known;
+    if !(filters.is_empty() || is_of_netcdf) {
+        return Err(format!(
+            "{name} is stored by filters {filters:?}, not shuffled and deflated as by netCDF"
+        ));
     }
     Ok(())
 }

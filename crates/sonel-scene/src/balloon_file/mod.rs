@@ -1,0 +1,70 @@
+//! Directivity of a source from a file (docs/formats/directivity.md): a table of levels, or SOFA.
+
+mod grid;
+mod sofa;
+mod table;
+
+use sonel_acoustics::{Balloon, BalloonError, Bands, Directivity, energy_to_level_db};
+
+use crate::obj::LineProblem;
+use crate::problem::{Place, Problem, SceneErrors};
+use grid::{Problems, problem};
+
+/// Reads the balloon of the file called `name`, for `bands`; with what is to be said about it.
+///
+/// # Errors
+/// Every problem with its line.
+pub fn load_balloon(name: &str, bytes: &[u8], bands: &Bands) -> Result<(Balloon, Vec<String>), SceneErrors> {
+    read(name, bytes, bands).map_err(|problems| SceneErrors {
+        problems: problems
+            .into_iter()
+            .map(|LineProblem { line, message }| Problem {
+                place: Place { file: name.to_owned(), line, column: 1 },
+                message,
+            })
+            .collect(),
+    })
+}
+
+pub(crate) fn read(name: &str, bytes: &[u8], bands: &Bands) -> Result<(Balloon, Vec<String>), Problems> {
+    let is_sofa = has_ending(name, ".sofa");
+    let grid = if is_sofa { sofa::read(bytes, bands)? } else { table::read(bytes, bands)? };
+    let mut notes = grid.notes;
+    let label = name.rsplit(['/', '\\']).next().unwrap_or(name);
+    let balloon = Balloon::new(label, grid.shape, grid.energies).map_err(|error| match error {
+        BalloonError::Silent(band) => {
+            let line = usize::from(!is_sofa);
+            vec![problem(line, format!("band {} Hz: no direction has sound", bands.nominal()[band]))]
+        }
+        other => vec![problem(0, other.to_string())],
+    })?;
+    notes.push(describe(&balloon, bands));
+    Ok((balloon, notes))
+}
+
+fn describe(balloon: &Balloon, bands: &Bands) -> String {
+    let [azimuths, polars, _] = balloon.shape();
+    let index =
+        |(band, hz): (usize, &f64)| format!("{:.1} dB at {hz} Hz", energy_to_level_db(balloon.on_axis(band)));
+    let indices: Vec<String> = bands.nominal().iter().enumerate().map(index).collect();
+    format!("{azimuths} azimuths, {polars} polar angles; directivity index {}", indices.join(", "))
+}
+
+/// Whether a value of `directivity` names a file.
+#[must_use]
+pub fn is_balloon_file(value: &str) -> bool {
+    has_ending(value, ".csv") || has_ending(value, ".sofa")
+}
+
+fn has_ending(value: &str, ending: &str) -> bool {
+    value.to_lowercase().ends_with(ending)
+}
+
+/// The directivity of `balloon` on a source that aims along `aim`, with azimuths towards `up`; a sentence where these are parallel.
+///
+/// # Errors
+/// When aim and up are parallel and azimuths differ.
+pub fn rolled(balloon: Balloon, aim: glam::DVec3, up: glam::DVec3) -> Result<Directivity, String> {
+    Directivity::measured(balloon, aim, up)
+        .ok_or_else(|| "is parallel to aim: give up = [x, y, z], a direction across the aim".to_owned())
+}
