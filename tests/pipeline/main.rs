@@ -19,6 +19,7 @@ mod report;
 mod reproducible;
 mod revisions;
 mod sound;
+mod uncertainty;
 mod variants;
 
 /// Damaged copies of every seed of a reader.

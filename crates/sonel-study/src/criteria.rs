@@ -133,10 +133,10 @@ impl Criterion {
     }
 }
 
-/// What is decided of a value with its interval.
+/// What is decided of a value with its interval: that of the simulation and, where it is known, of the materials.
 #[must_use]
 pub fn verdict([low, high]: [f64; 2], value: &ParameterValue) -> Verdict {
-    let Some([from, to]) = value.as_ref().ok().and_then(|estimate| estimate.interval.clone().ok()) else {
+    let Some([from, to]) = value.as_ref().ok().and_then(|estimate| estimate.whole_interval().ok()) else {
         return Verdict::Undecided;
     };
     match () {

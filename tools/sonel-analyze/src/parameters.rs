@@ -10,7 +10,9 @@ use serde_json::json;
 use sonel_analysis::modal::ModalBands;
 use sonel_analysis::receiver::parameters_of;
 use sonel_analysis::{ReceiverParameters, report};
-use sonel_console::Outcome;
+use sonel_console::follower::Follower;
+use sonel_console::progress::ProgressSink;
+use sonel_console::{Log, Outcome, spelled};
 use sonel_echogram::Response;
 
 use crate::arguments::{Format, Parameters};
@@ -20,19 +22,33 @@ use crate::open;
 ///
 /// # Errors
 /// When the response is unusable or `out` cannot be written.
-pub fn run(arguments: &Parameters, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub fn run(
+    arguments: &Parameters,
+    quiet: bool,
+    out: &mut dyn Write,
+    log: &mut Log<'_>,
+) -> anyhow::Result<Outcome> {
     let response = arguments.heard.heard(open::response(&arguments.response)?)?;
     if !arguments.targets.is_empty() && arguments.format == Format::Csv {
         bail!("--target prints no CSV: choose --format table or json");
     }
-    let parameters = parameters_of(&response, arguments.heard.talk().as_ref());
+    let mut parameters = parameters_of(&response, arguments.heard.talk().as_ref());
+    let materials = match &arguments.map {
+        Some(map) => {
+            let follower = Follower::new(ProgressSink::unless(quiet), log);
+            let map = sonel::Map::open(map).map_err(spelled)?;
+            let (uncertainty, heard) = (&arguments.uncertainty, &arguments.heard);
+            Some(uncertainty.attach(&mut parameters, &response, &map, heard, &follower)?)
+        }
+        None => None,
+    };
     let shares = seats::shares(&arguments.targets, &parameters, response.metadata["volume_m3"].as_f64());
     match arguments.format {
         Format::Table if arguments.mean => {
             write!(out, "{}{}", report::means_table(&parameters, &title(&response)), seats::text(&shares))?;
         }
         Format::Csv if arguments.mean => report::means_csv(&parameters, &mut *out)?,
-        Format::Json if arguments.mean || !shares.is_empty() => {
+        Format::Json => {
             let mut written = if arguments.mean {
                 json!({ "means": report::means_json(&parameters) })
             } else {
@@ -40,6 +56,9 @@ pub fn run(arguments: &Parameters, out: &mut dyn Write, log: &mut dyn Write) -> 
             };
             if !shares.is_empty() {
                 written["targets"] = seats::json(&shares);
+            }
+            if let Some(materials) = &materials {
+                written["material_uncertainty"] = materials.json();
             }
             writeln!(out, "{written:#}")?;
         }
@@ -52,7 +71,6 @@ pub fn run(arguments: &Parameters, out: &mut dyn Write, log: &mut dyn Write) -> 
             write!(out, "{}", seats::text(&shares))?;
         }
         Format::Csv => report::csv(&parameters, &mut *out)?,
-        Format::Json => writeln!(out, "{:#}", report::json(&parameters))?,
     }
     if arguments.mean {
         return Ok(Outcome::Done);

@@ -6,6 +6,7 @@ use clap::{Args, Parser};
 use sonel_console::count::parse_count;
 use sonel_console::heard::HeardArguments;
 use sonel_console::parse_threads;
+use sonel_console::uncertainty::UncertaintyArguments;
 use sonel_study::criteria::Criterion;
 
 use crate::page::Head;
@@ -44,6 +45,7 @@ impl HeadArguments {
 /// served to this machine alone, under an address that is printed; nothing is fetched from elsewhere. Ctrl-C ends it.
 #[derive(Debug, Clone, Parser)]
 #[command(
+    mut_arg("material_uncertainty", |argument| argument.requires("output")),
     version = sonel::RENDERER_VERSION.as_str(),
     after_help = "Examples:\n  sonel-view scenes/classroom/scene.toml\n  sonel-view hall.sonelmap\n  \
                   sonel-view before.npz after.npz before.sonelmap -o renovation.html"
@@ -63,6 +65,9 @@ pub struct Arguments {
     /// Speech, noise, and sources as one system, of responses and of a frozen page.
     #[command(flatten)]
     pub heard: HeardArguments,
+    /// Uncertainty of materials, of a frozen page.
+    #[command(flatten)]
+    pub uncertainty: UncertaintyArguments,
     /// What stands above the page, and targets.
     #[command(flatten)]
     pub head: HeadArguments,

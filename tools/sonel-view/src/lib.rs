@@ -13,6 +13,7 @@ use sonel_console::follower::Follower;
 use sonel_console::heard::HeardArguments;
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::progress::ProgressSink;
+use sonel_console::uncertainty::UncertaintyArguments;
 use sonel_console::{Log, Outcome, use_threads};
 
 pub use arguments::{Arguments, HeadArguments};
@@ -30,6 +31,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
             output,
             &arguments.heard,
             &arguments.head,
+            &arguments.uncertainty,
             arguments.packets,
             ProgressSink::unless(arguments.quiet),
             log,
@@ -42,12 +44,13 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
 /// Writes the page of `files` to `output`. A scene is traced with `packets`, a map without response rendered at the receivers of its scene.
 ///
 /// # Errors
-/// When a file is unusable, there are two maps or a map of another scene, or the output cannot be written.
+/// When a file is unusable, there are two maps or a map of another scene, uncertainty is given without the map of a response, or the output cannot be written.
 pub fn freeze(
     files: &[PathBuf],
     output: &Path,
     heard: &HeardArguments,
     head: &HeadArguments,
+    uncertainty: &UncertaintyArguments,
     packets: Option<u64>,
     progress: ProgressSink,
     log: &mut Log<'_>,
@@ -57,7 +60,15 @@ pub fn freeze(
     }
     let target = Output::create(output, Kind::PAGE, files)?;
     let follower = Follower::new(progress, log);
-    let (subjects, map) = Files::open(files)?.rendered(packets, heard, &follower)?;
+    let (mut subjects, map) = Files::open(files)?.rendered(packets, heard, &follower)?;
+    if uncertainty.is_given() {
+        let Some(map) = &map else {
+            bail!("--material-uncertainty needs the map that the responses were rendered from: give it, too")
+        };
+        for subject in &mut subjects {
+            subject.attach_materials(uncertainty, map, heard, &follower)?;
+        }
+    }
     let pairs: usize = subjects.iter().map(page::Subject::pairs).sum();
     if pairs > page::MOST_PAIRS {
         let most = page::MOST_PAIRS;

@@ -10,7 +10,7 @@ use sonel_study::criteria::{Verdict, verdict};
 
 use super::document::Document;
 use super::sections::{cell, single};
-use super::{Head, Subject, Traced, charts};
+use super::{Head, Subject, Traced, charts, uncertainty};
 
 /// Project, author, date and version, as they were given.
 pub fn head(page: &mut Document, head: &Head) {
@@ -144,10 +144,14 @@ pub fn targets(page: &mut Document, subjects: &[Subject], head: &Head) {
         let columns = ["variant", "f [Hz]", "wanted", "mean over receivers", "verdict"].map(str::to_owned);
         page.table("", &columns, &rows);
     }
-    page.note(
-        "Pass: the whole 95 % interval of the simulation lies within the range. Fail: all of it lies outside. Undecided: it reaches over an end of \
-         the range; a longer calculation decides. The interval does not include the uncertainty of the materials.",
-    );
+    let of = if uncertainty::is_known(subjects) {
+        "the 95 % interval, of simulation and materials together (root of the sum of squares),"
+    } else {
+        "the 95 % interval of the simulation, which leaves out the uncertainty of the materials,"
+    };
+    page.note(&format!(
+        "Pass: all of {of} lies within the range. Fail: all of it lies outside. Undecided: it reaches over an end of the range."
+    ));
 }
 
 fn words([low, high]: [f64; 2]) -> String {
@@ -243,13 +247,18 @@ pub fn curves(page: &mut Document, subjects: &[Subject], head: &Head) {
 }
 
 /// What the numbers do not say.
-pub fn limits(page: &mut Document) {
+pub fn limits(page: &mut Document, subjects: &[Subject]) {
+    let materials = if uncertainty::is_known(subjects) {
+        "The uncertainty of scattering coefficients. That of absorption is the second interval, as far as its standard uncertainties are right."
+    } else {
+        "The uncertainty of the materials. Coefficients differ between laboratory and building by 0.1 and more; intervals are those of the simulation alone."
+    };
     page.section("What was not simulated");
     page.list(
         &[
             "Waves: the calculation follows energies. Below the Schroeder frequency single modes decide, and loudspeakers with one signal interfere; neither is in the numbers.",
             "People and furniture that the model leaves out. Their absorption and scattering must be in the coefficients of the surfaces.",
-            "The uncertainty of the materials. Coefficients differ between laboratory and building by 0.1 and more; intervals are those of the simulation alone.",
+            materials,
             "Sound from outside, from services and through walls, but for the noise that is stated.",
             "Differences from seat to seat between the receivers.",
         ]

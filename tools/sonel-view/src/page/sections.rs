@@ -10,7 +10,7 @@ use sonel_drawing::plot;
 
 use super::charts::{self, layout, rounded};
 use super::document::{Document, escaped};
-use super::{MOST_PAIRS, Subject, Traced, words};
+use super::{MOST_PAIRS, Subject, Traced, uncertainty, words};
 
 /// Single numbers, in the order of the tables.
 const SINGLE: [Parameter; 6] = [
@@ -50,15 +50,19 @@ fn label(subjects: &[Subject], subject: &Subject, parameters: &ReceiverParameter
     if subjects.len() > 1 { format!("{}: {pair}", subject.name) } else { pair }
 }
 
-/// Value with the half-width of its interval, as tables have it.
+/// Value with the half-width of its interval and, where it is known, that of the materials, as tables have it.
 pub fn cell(estimate: &ParameterValue, factor: f64) -> String {
     let Ok(estimate) = estimate else { return "–".to_owned() };
     let value = estimate.value * factor;
+    let materials = |digits: usize| {
+        let half = estimate.material_half_width().map(|half| factor * half);
+        half.map(|half| format!(" ± {half:.digits$}")).unwrap_or_default()
+    };
     match &estimate.interval {
         Ok([low, high]) => {
             let half = (high - estimate.value).max(estimate.value - low) * factor;
             let digits = if half < 0.1 { 2 } else { 1 };
-            format!("{value:.digits$} ± {half:.digits$}")
+            format!("{value:.digits$} ± {half:.digits$}{}", materials(digits))
         }
         Err(_) => format!("{value:.2}"),
     }
@@ -101,9 +105,10 @@ pub fn summary(page: &mut Document, subjects: &[Subject]) {
         ),
         None => "STI: without background noise.".to_owned(),
     };
-    page.note(&format!("{}{speech}",
-        "Means of the octaves 500 and 1000 Hz (LF, LFC and LJ: 125 to 1000 Hz), ± half of the 95 % interval of the simulation. A difference of one JND (just-noticeable \
-         difference) can just be heard. The mean is over all pairs above it; its interval is that of the mean, not the spread between seats. ",
+    let materials = if uncertainty::is_known(subjects) { ", then that of the materials" } else { "" };
+    page.note(&format!(
+        "Means of the octaves 500 and 1000 Hz (LF, LFC and LJ: 125 to 1000 Hz), ± half of the 95 % interval of the simulation{materials}. A difference of one \
+         JND (just-noticeable difference) can just be heard. The mean is over all pairs above it; its interval is that of the mean, not the spread between seats. {speech}"
     ));
     let all: Vec<ReceiverParameters> =
         drawn(subjects).into_iter().map(|(_, subject, index)| subject.parameters[index].clone()).collect();
