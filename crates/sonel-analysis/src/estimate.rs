@@ -65,7 +65,7 @@ const MOST_JUST_NOTICEABLE: f64 = 10.0;
 impl Estimate {
     /// A value with its interval alone.
     #[must_use]
-    pub(crate) fn bare(value: f64, interval: Interval) -> Self {
+    pub fn bare(value: f64, interval: Interval) -> Self {
         Self {
             value,
             interval,

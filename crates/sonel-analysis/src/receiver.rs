@@ -122,6 +122,13 @@ impl ReceiverParameters {
         })
     }
 
+    /// A parameter in the band of this nominal centre [Hz]; none without such a band.
+    #[must_use]
+    pub fn in_band(&self, hz: f64, parameter: Parameter) -> Option<ParameterValue> {
+        let band = self.bands.iter().find(|band| band.center_frequency_hz.total_cmp(&hz).is_eq())?;
+        Some(band.parameter(parameter).clone())
+    }
+
     /// Every value that has changes by materials.
     pub(crate) fn values(&self) -> Vec<&ParameterValue> {
         let Self { speech_transmission_index, a_weighted_level_db, echo, in_noise, bands, .. } = self;

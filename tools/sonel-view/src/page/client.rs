@@ -113,14 +113,16 @@ pub fn targets(page: &mut Document, subjects: &[Subject], head: &Head) {
         for subject in subjects {
             let volume = subject.echograms().metadata["volume_m3"].as_f64();
             let mut verdicts = Vec::new();
-            for hz in &subject.echograms().center_frequency_hz {
-                let Some(range) = target.range(*hz, volume) else { continue };
-                let value = mean(subject, target.parameter, *hz);
+            for judged in target.judged(&subject.echograms().center_frequency_hz, volume) {
+                let range = judged.range;
+                let known = &subject.echograms().center_frequency_hz;
+                let value =
+                    judged.value(|hz| known.contains(&hz).then(|| mean(subject, target.parameter, hz)));
                 let found = verdict(range, &value);
                 verdicts.push(found);
                 rows.push(vec![
                     subject.name.clone(),
-                    hz.to_string(),
+                    judged.to_string(),
                     words(range.map(|end| factor * end)),
                     cell(&value, factor),
                     found.to_string(),
