@@ -3,7 +3,7 @@
 use serde_json::json;
 use sonel_acoustics::{eyring_time, mean_free_path, sabine_time};
 use sonel_analysis::average::single_number;
-use sonel_analysis::comparison::difference;
+use sonel_analysis::comparison::{Pairing, Significance, difference};
 use sonel_analysis::seats::spread;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_study::criteria::{Verdict, verdict};
@@ -170,6 +170,7 @@ pub fn differences(page: &mut Document, subjects: &[Subject]) {
     let shown = single(subjects);
     let mut rows = Vec::new();
     for other in others {
+        let pairing = Pairing::of(&first.echograms().metadata, &other.echograms().metadata);
         for receiver in &other.parameters {
             let is_same = |found: &&ReceiverParameters| {
                 (&found.source, &found.name) == (&receiver.source, &receiver.name)
@@ -177,7 +178,7 @@ pub fn differences(page: &mut Document, subjects: &[Subject]) {
             let Some(before) = first.parameters.iter().find(is_same) else { continue };
             let cells = shown.iter().map(|parameter| {
                 let [a, b] = [before, receiver].map(|found| single_number(found, *parameter));
-                noticed(&difference(&a, &b), &a, *parameter)
+                noticed(&difference(&a, &b, pairing), &a, *parameter)
             });
             let name = format!("{}: {} → {}", other.name, receiver.source, receiver.name);
             rows.push(std::iter::once(name).chain(cells).collect());
@@ -194,19 +195,15 @@ pub fn differences(page: &mut Document, subjects: &[Subject]) {
     let columns: Vec<String> = std::iter::once(format!("less {}", first.name)).chain(columns).collect();
     page.table("", &columns, &rows);
     page.note(
-        "Difference of the single numbers with half of its 95 % interval, runs taken as independent. 0: not beyond the noise of the simulation. \
+        "Difference of the single numbers with half of its 95 % interval of the simulation; runs of one map, or of one seed, share their random numbers. (0): not beyond the noise of the simulation. \
          *: at least one just-noticeable difference.",
     );
 }
 
 fn noticed(difference: &ParameterValue, before: &ParameterValue, parameter: Parameter) -> String {
     let (Ok(found), Ok(before)) = (difference, before) else { return "–".to_owned() };
-    let text = cell(difference, parameter.heading().2);
-    match &found.interval {
-        Ok([low, high]) if *low <= 0.0 && *high >= 0.0 => format!("{text} (0)"),
-        _ if found.value.abs() >= parameter.just_noticeable(before.value) => format!("{text} *"),
-        _ => text,
-    }
+    let significance = Significance::of(found, parameter.just_noticeable(before.value));
+    format!("{}{}", cell(difference, parameter.heading().2), significance.mark())
 }
 
 /// T20 over the bands, with the ranges of targets about it.

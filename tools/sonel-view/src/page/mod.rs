@@ -6,6 +6,7 @@ mod charts;
 mod client;
 mod document;
 pub mod pair;
+mod receivers;
 mod reflections;
 pub mod room;
 mod sections;
@@ -154,6 +155,8 @@ pub fn of_responses(
     sections::remarks(&mut page, subjects, map);
     sections::over_bands(&mut page, subjects);
     sections::over_receivers(&mut page, subjects);
+    receivers::maps(&mut page, subjects, map);
+    receivers::tables(&mut page, subjects);
     client::room(&mut page, subjects, map);
     uncertainty::materials(&mut page, subjects);
     if let Some(map) = map {

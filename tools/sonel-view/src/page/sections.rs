@@ -126,15 +126,18 @@ fn means(subjects: &[Subject], subject: &Subject, single: &[Parameter]) -> Vec<S
     [name].into_iter().chain(single.iter().map(mean)).chain([cell(&speech, 1.0)]).collect()
 }
 
+/// The just-noticeable difference of a parameter in the unit of its heading, or as a share.
+pub fn just_noticeable_of(parameter: Parameter) -> String {
+    let difference = parameter.just_noticeable(1.0);
+    if parameter.is_noticed_relatively() {
+        format!("{} %", 100.0 * difference)
+    } else {
+        (difference * parameter.heading().2).to_string()
+    }
+}
+
 fn just_noticeable(single: &[Parameter]) -> Vec<String> {
-    let differences = single.iter().map(|parameter| {
-        let difference = parameter.just_noticeable(1.0);
-        if parameter.is_noticed_relatively() {
-            format!("{} %", 100.0 * difference)
-        } else {
-            (difference * parameter.heading().2).to_string()
-        }
-    });
+    let differences = single.iter().map(|parameter| just_noticeable_of(*parameter));
     let speech = noticeable::SPEECH_TRANSMISSION_INDEX.to_string();
     ["JND".to_owned()].into_iter().chain(differences).chain([speech]).collect()
 }

@@ -16,6 +16,8 @@ const GAP: u32 = 12;
 const BAR: u32 = 20;
 /// Part of the extents left free about them.
 const MARGIN: f64 = 0.04;
+/// Dots up to which values stand beside them.
+const MOST_LABELS: usize = 40;
 /// Radius of a dot [pixels].
 const DOT: u32 = 7;
 /// Colour of what has no value.
@@ -108,7 +110,7 @@ impl<'a> PlanRow<'a> {
                 Some(corners) => {
                     chart.draw_series([Rectangle::new(corners.map(point), color)])?;
                 }
-                None => self.draw_dot(spot, color, chart)?,
+                None => self.draw_dot(spot, plan.spots.len() <= MOST_LABELS, color, chart)?,
             }
         }
         let stroke = BLACK.stroke_width(FINENESS * 3 / 2);
@@ -123,15 +125,20 @@ impl<'a> PlanRow<'a> {
         Ok(())
     }
 
-    /// A dot with its value as text: dots are few.
+    /// A dot, where they are few with its value as text.
     fn draw_dot<B: DrawingBackend>(
         &self,
         spot: &Spot,
+        is_labelled: bool,
         color: ShapeStyle,
         chart: &mut Chart<'_, B>,
     ) -> Drawn<B> {
         let at = (spot.at[0], spot.at[1]);
-        let text = spot.value.map_or_else(|| "–".to_owned(), |value| self.scale.fine_label(value));
+        let text = match spot.value {
+            _ if !is_labelled => String::new(),
+            Some(value) => self.scale.fine_label(value),
+            None => "–".to_owned(),
+        };
         let style = letters(TEXT).pos(Pos::new(HPos::Left, VPos::Center));
         let label = EmptyElement::at(at)
             + Circle::new((0, 0), fine(DOT), color)
