@@ -9,7 +9,6 @@ use sonel_console::count::parse_count;
 use sonel_console::heard::HeardArguments;
 use sonel_console::parse_threads;
 use sonel_console::receiver::parse_receiver;
-use sonel_console::uncertainty::UncertaintyArguments;
 use sonel_map::Mode;
 use sonel_render::SoundArguments;
 use sonel_renderer::{Estimator, ReceiverPoint};
@@ -104,9 +103,6 @@ pub struct Report {
     /// Speech, noise, and sources as one system.
     #[command(flatten)]
     pub heard: HeardArguments,
-    /// Uncertainty of materials.
-    #[command(flatten)]
-    pub uncertainty: UncertaintyArguments,
     /// What stands above the page, and targets.
     #[command(flatten)]
     pub head: HeadArguments,

@@ -15,7 +15,6 @@ pub fn run(arguments: &Report, quiet: bool, log: &mut Log<'_>) -> anyhow::Result
         &arguments.output,
         &arguments.heard,
         &arguments.head,
-        &arguments.uncertainty,
         None,
         ProgressSink::unless(quiet),
         log,

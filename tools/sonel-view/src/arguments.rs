@@ -11,7 +11,7 @@ use sonel_study::criteria::Criterion;
 
 use crate::page::Head;
 
-/// What stands above a frozen page, and what the room shall meet.
+/// What stands above a frozen page, what the room shall meet, and how uncertain its materials are.
 #[derive(Debug, Clone, Default, Args)]
 pub struct HeadArguments {
     /// Project, the title of the page [default: name of the scene].
@@ -30,11 +30,14 @@ pub struct HeadArguments {
     /// bb93-secondary, ansi-s12.60; repeatable.
     #[arg(long = "target", value_name = "CRITERION", value_parser = Criterion::parse)]
     pub targets: Vec<Criterion>,
+    /// Uncertainty of materials.
+    #[command(flatten)]
+    pub uncertainty: UncertaintyArguments,
 }
 
 impl HeadArguments {
     pub(crate) fn head(&self) -> Head {
-        let Self { project, author, date, revision, targets } = self.clone();
+        let Self { project, author, date, revision, targets, .. } = self.clone();
         Head { project, author, date, revision, targets }
     }
 }
@@ -65,9 +68,6 @@ pub struct Arguments {
     /// Speech, noise, and sources as one system, of responses and of a frozen page.
     #[command(flatten)]
     pub heard: HeardArguments,
-    /// Uncertainty of materials, of a frozen page.
-    #[command(flatten)]
-    pub uncertainty: UncertaintyArguments,
     /// What stands above the page, and targets.
     #[command(flatten)]
     pub head: HeadArguments,

@@ -13,7 +13,6 @@ use sonel_console::follower::Follower;
 use sonel_console::heard::HeardArguments;
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::progress::ProgressSink;
-use sonel_console::uncertainty::UncertaintyArguments;
 use sonel_console::{Log, Outcome, use_threads};
 
 pub use arguments::{Arguments, HeadArguments};
@@ -31,7 +30,6 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
             output,
             &arguments.heard,
             &arguments.head,
-            &arguments.uncertainty,
             arguments.packets,
             ProgressSink::unless(arguments.quiet),
             log,
@@ -50,7 +48,6 @@ pub fn freeze(
     output: &Path,
     heard: &HeardArguments,
     head: &HeadArguments,
-    uncertainty: &UncertaintyArguments,
     packets: Option<u64>,
     progress: ProgressSink,
     log: &mut Log<'_>,
@@ -61,6 +58,7 @@ pub fn freeze(
     let target = Output::create(output, Kind::PAGE, files)?;
     let follower = Follower::new(progress, log);
     let (mut subjects, map) = Files::open(files)?.rendered(packets, heard, &follower)?;
+    let uncertainty = &head.uncertainty;
     if uncertainty.is_given() {
         let Some(map) = &map else {
             bail!("--material-uncertainty needs the map that the responses were rendered from: give it, too")

@@ -2,14 +2,14 @@
 
 use serde_json::json;
 use sonel_acoustics::{eyring_time, mean_free_path, sabine_time};
-use sonel_analysis::average::single_number;
+use sonel_analysis::average::{average, single_number};
 use sonel_analysis::comparison::{Pairing, Significance, difference};
 use sonel_analysis::seats::spread;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_study::criteria::{Verdict, verdict};
 
 use super::document::Document;
-use super::sections::{cell, single};
+use super::sections::{MOST_ROWS, cell, single};
 use super::{Head, Subject, Traced, charts, uncertainty};
 
 /// Project, author, date and version, as they were given.
@@ -168,20 +168,36 @@ fn words([low, high]: [f64; 2]) -> String {
 pub fn differences(page: &mut Document, subjects: &[Subject]) {
     let [first, others @ ..] = subjects else { return };
     let shown = single(subjects);
-    let mut rows = Vec::new();
+    let (mut rows, mut means) = (Vec::new(), Vec::new());
     for other in others {
         let pairing = Pairing::of(&first.echograms().metadata, &other.echograms().metadata);
-        for receiver in &other.parameters {
-            let is_same = |found: &&ReceiverParameters| {
-                (&found.source, &found.name) == (&receiver.source, &receiver.name)
-            };
-            let Some(before) = first.parameters.iter().find(is_same) else { continue };
-            let cells = shown.iter().map(|parameter| {
-                let [a, b] = [before, receiver].map(|found| single_number(found, *parameter));
-                noticed(&difference(&a, &b, pairing), &a, *parameter)
+        // Receivers of both.
+        let pairs: Vec<[&ReceiverParameters; 2]> = other
+            .parameters
+            .iter()
+            .filter_map(|after| {
+                let is_same = |found: &&ReceiverParameters| {
+                    (&found.source, &found.name) == (&after.source, &after.name)
+                };
+                Some([first.parameters.iter().find(is_same)?, after])
+            })
+            .collect();
+        let row = |name: String, pairs: &[[&ReceiverParameters; 2]]| -> Vec<String> {
+            let cells = shown.iter().map(|&parameter| {
+                let values: Vec<[ParameterValue; 2]> =
+                    pairs.iter().map(|pair| pair.map(|found| single_number(found, parameter))).collect();
+                // Receivers that have the value in both.
+                let known = || values.iter().filter(|[a, b]| a.is_ok() && b.is_ok());
+                let [a, b] = [0, 1].map(|which| average(known().map(|pair| &pair[which])));
+                noticed(&difference(&a, &b, pairing), &a, parameter)
             });
-            let name = format!("{}: {} → {}", other.name, receiver.source, receiver.name);
-            rows.push(std::iter::once(name).chain(cells).collect());
+            std::iter::once(name).chain(cells).collect()
+        };
+        rows.extend(pairs.iter().map(|pair| {
+            row(format!("{}: {} → {}", other.name, pair[1].source, pair[1].name), std::slice::from_ref(pair))
+        }));
+        if pairs.len() > 1 {
+            means.push(row(format!("{}: mean", other.name), &pairs));
         }
     }
     if rows.is_empty() {
@@ -193,7 +209,12 @@ pub fn differences(page: &mut Document, subjects: &[Subject]) {
         format!("Δ{symbol} [{unit}]")
     });
     let columns: Vec<String> = std::iter::once(format!("less {}", first.name)).chain(columns).collect();
-    page.table("", &columns, &rows);
+    if rows.len() > MOST_ROWS {
+        page.table("", &columns, &means);
+        page.folded("Every source and receiver", &columns, &rows);
+    } else {
+        page.table("", &columns, &[rows, means].concat());
+    }
     page.note(
         "Difference of the single numbers with half of its 95 % interval of the simulation; runs of one map, or of one seed, share their random numbers. (0): not beyond the noise of the simulation. \
          *: at least one just-noticeable difference.",

@@ -93,9 +93,12 @@ impl Document {
 
     /// A table that is folded on the screen and whole in print.
     pub fn folded(&mut self, title: &str, head: &[String], rows: &[Vec<String>]) {
-        self.body.push_str(&format!("<details class=\"fold\"><summary>{}</summary>\n", escaped(title)));
+        self.body.push_str(&format!(
+            "<details class=\"fold\"><summary>{}</summary></details>\n<div>",
+            escaped(title)
+        ));
         self.table("", head, rows);
-        self.body.push_str("</details>\n");
+        self.body.push_str("</div>\n");
     }
 
     /// A drawing, SVG of ours, with a title for those who cannot see it.

@@ -12,6 +12,8 @@ use super::charts::{self, layout, rounded};
 use super::document::{Document, escaped};
 use super::{MOST_PAIRS, Subject, Traced, uncertainty, words};
 
+/// Rows of a table of pairs of source and receiver beyond which it is folded.
+pub const MOST_ROWS: usize = 24;
 /// Single numbers, in the order of the tables.
 const SINGLE: [Parameter; 6] = [
     Parameter::Strength,
@@ -78,7 +80,8 @@ pub fn summary(page: &mut Document, subjects: &[Subject]) {
     });
     let head: Vec<String> =
         std::iter::once("source → receiver".to_owned()).chain(names).chain(["STI".to_owned()]).collect();
-    let mut rows = Vec::new();
+    let (mut rows, mut each) = (Vec::new(), Vec::new());
+    let is_long = subjects.iter().map(Subject::pairs).sum::<usize>() > MOST_ROWS;
     for subject in subjects {
         for parameters in &subject.parameters {
             let cells = single
@@ -86,7 +89,8 @@ pub fn summary(page: &mut Document, subjects: &[Subject]) {
                 .map(|parameter| cell(&single_number(parameters, *parameter), parameter.heading().2));
             let speech = cell(&parameters.speech_transmission_index, 1.0);
             let name = label(subjects, subject, parameters);
-            rows.push(std::iter::once(name).chain(cells).chain([speech]).collect());
+            let row = std::iter::once(name).chain(cells).chain([speech]).collect();
+            if is_long { &mut each } else { &mut rows }.push(row);
         }
         if subject.parameters.len() > 1 {
             rows.push(means(subjects, subject, &single));
@@ -94,6 +98,9 @@ pub fn summary(page: &mut Document, subjects: &[Subject]) {
     }
     rows.push(just_noticeable(&single));
     page.table("", &head, &rows);
+    if is_long {
+        page.folded("Every source and receiver", &head, &each);
+    }
     let speech = match subjects
         .iter()
         .flat_map(|subject| &subject.parameters)
@@ -108,7 +115,7 @@ pub fn summary(page: &mut Document, subjects: &[Subject]) {
     let materials = if uncertainty::is_known(subjects) { ", then that of the materials" } else { "" };
     page.note(&format!(
         "Means of the octaves 500 and 1000 Hz (LF, LFC and LJ: 125 to 1000 Hz), ± half of the 95 % interval of the simulation{materials}. A difference of one \
-         JND (just-noticeable difference) can just be heard. The mean is over all pairs above it; its interval is that of the mean, not the spread between seats. {speech}"
+         JND (just-noticeable difference) can just be heard. The mean is over all pairs of a response; its interval is that of the mean, not the spread between seats. {speech}"
     ));
     let all: Vec<ReceiverParameters> =
         drawn(subjects).into_iter().map(|(_, subject, index)| subject.parameters[index].clone()).collect();
