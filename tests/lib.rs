@@ -7,6 +7,7 @@ pub mod coupled_door;
 pub mod effect_scenes;
 pub mod estimates;
 pub mod general_position;
+pub mod material_uncertainty;
 pub mod meshes;
 pub mod octaves;
 pub mod row_of_rooms;

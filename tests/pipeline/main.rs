@@ -20,6 +20,7 @@ mod reproducible;
 mod revisions;
 mod sound;
 mod together;
+mod uncertainty;
 mod variants;
 
 /// Damaged copies of every seed of a reader.

@@ -1,12 +1,13 @@
 //! Known rooms from scene file to parameter: levels, decay times and clarity with intervals
 //! that are narrow enough to mean something (docs/physics.md §8). The founding paper's room is in `accept`, `known_rooms`.
 
+use clap::Parser;
 use sonel_analysis::modal::ModalBands;
 use sonel_analysis::{Parameter, parameters};
 
 use sonel_testkit::test_folder::TestFolder;
 
-use crate::{render, response, trace};
+use crate::{printed, render, response, test_folder, trace};
 
 /// A parameter that must be: value, largest deviation, largest half-width of its interval.
 type Expectation = (Parameter, f64, f64, f64);
@@ -128,4 +129,53 @@ fn diffuse_box_of_kuttruff() {
          [[receivers]]\nname = \"receiver\"\nposition = [7.0, 5.5, 3.0]\n",
     );
     check(&folder, &["--packets", "150k"], 0, &[(Parameter::T30, 0.888, 0.005 * 0.888, 0.004)]);
+}
+
+/// A variant of a map beside it: differences are those of the values, and sharper than those of runs of their own.
+#[test]
+fn several_responses_stand_side_by_side_with_differences_from_the_first() {
+    let folder = test_folder();
+    trace(&folder, "room.sonelmap", &["--packets", "1500"]).unwrap();
+    let softer = ["--rays", "64", "--set", "materials.walls.absorption=0.5"];
+    render(&folder, "room.sonelmap", "before.npz", &softer[..2]).unwrap();
+    render(&folder, "room.sonelmap", "after.npz", &softer).unwrap();
+    folder.write("scene.toml", folder.text("scene.toml").replace("\"listener\"", "\"other\""));
+    trace(&folder, "other.sonelmap", &["--packets", "500"]).unwrap();
+    render(&folder, "other.sonelmap", "other.npz", &softer[..2]).unwrap();
+    let ask = |files: &[&str], more: &[&str]| {
+        let files = files.iter().map(|name| folder.path(name).display().to_string());
+        let line = ["sonel-analyze", "parameters"].map(str::to_owned).into_iter().chain(files);
+        let line: Vec<String> = line.chain(more.iter().map(|word| (*word).to_owned())).collect();
+        printed(|out| {
+            sonel_analyze::run(&sonel_analyze::Arguments::try_parse_from(line)?, out, &mut Vec::new())
+        })
+    };
+    let both = ["before.npz", "after.npz"];
+    let table = ask(&both, &[]).unwrap();
+    assert!(table.contains("before") && table.contains("after − before"), "{table}");
+    let levels: Vec<&str> = table.lines().filter(|line| line.trim_start().starts_with("L [dB]")).collect();
+    assert_eq!(levels.len(), 4, "three bands and a single number: {table}");
+    assert!(levels[0].ends_with(" *"), "{table}");
+    let json: serde_json::Value = serde_json::from_str(&ask(&both, &["--format", "json"]).unwrap()).unwrap();
+    let level = |response: usize| {
+        let value = &json["responses"][response]["receivers"][0]["bands"][0]["level_db"];
+        let ends = [0, 1].map(|end| value["ci95"][end].as_f64().unwrap());
+        (value["value"].as_f64().unwrap(), 0.5 * (ends[1] - ends[0]))
+    };
+    let is_level = |found: &&serde_json::Value| {
+        found["parameter"] == "level_db" && found["center_frequency_hz"] == 250.0
+    };
+    let found = json["differences"].as_array().unwrap().iter().find(is_level).unwrap();
+    let ends = [0, 1].map(|end| found["difference"]["ci95"][end].as_f64().unwrap());
+    assert!((found["difference"]["value"].as_f64().unwrap() - (level(1).0 - level(0).0)).abs() < 1e-12);
+    assert!(0.5 * (ends[1] - ends[0]) < 0.8 * level(0).1.hypot(level(1).1), "{found}");
+    assert_eq!((&found["beyond_noise"], &found["response"]), (&true.into(), &"after".into()));
+    // The same response differs by nothing.
+    let same = ask(&["before.npz", "before.npz"], &["--mean"]).unwrap();
+    assert!(same.contains("(0)") && !same.contains(" *\n"), "{same}");
+    let csv = ask(&both, &["--format", "csv"]).unwrap();
+    let rows: Vec<&str> = csv.lines().filter(|row| row.contains(",250,level_db,")).collect();
+    assert!(rows.len() == 2 && rows[0].ends_with(",,,,") && rows[1].contains(",after,"), "{rows:?}");
+    let error = format!("{:#}", ask(&["before.npz", "other.npz"], &[]).unwrap_err());
+    assert!(error.contains("in common"), "{error}");
 }

@@ -45,7 +45,9 @@ fn a_report_needs_no_network_and_has_the_figures_of_parameters() {
             .unwrap();
     assert_eq!(parameters["receivers"], expected["receivers"]);
     assert!(expected["receivers"].as_array().is_some_and(|receivers| !receivers.is_empty()));
-    for section in ["Summary", "Remarks", "Materials", "Effects", "Energyledger", "Provenance"] {
+    for section in
+        ["Summary", "Remarks", "Materials", "Overfrequencyinnumbers", "Effects", "Energyledger", "Provenance"]
+    {
         assert!(own.contains(&format!("<h2 id=\"{section}\">")), "{section}");
     }
     // Names are text, never markup; and every script ends where it was written to end.
@@ -107,6 +109,9 @@ fn responses_stand_side_by_side_and_a_foreign_map_is_remarked() {
             && !page.contains("a was not rendered from this map")
     );
     assert!(page.contains("<td>a: speaker") && page.contains("<td>b: speaker"));
+    // Every receiver has its table, of responses side by side.
+    assert_eq!(page.matches("<details class=\"fold\">").count(), 1);
+    assert!(page.contains("<th>b − a</th>") && !page.contains("id=\"Maps\""));
 }
 
 #[test]
@@ -128,4 +133,19 @@ fn what_makes_no_report_is_refused() {
         assert!(error.contains(message), "{words:?}: {error}");
     }
     assert_eq!(folder.text("notes.html"), "mine");
+}
+
+/// A grid of receivers is a map of each parameter; materials have their table where they are uncertain.
+#[test]
+fn many_receivers_are_maps_and_uncertain_materials_a_table() {
+    let folder = rendered();
+    render(&folder, "a.sonelmap", "grid.npz", &["--grid", "1:4:4,1:3:4,1.2", "--rays", "64"]).unwrap();
+    let words = ["report", "grid.npz", "a.sonelmap", "-o", "grid.html", "--material-uncertainty", "5%"];
+    analyze(&folder, &words).unwrap();
+    let page = folder.text("grid.html");
+    assert_eq!(page.matches("src=\"data:image/svg+xml").count(), 3, "no speech in three bands");
+    assert!(page.contains("id=\"Uncertaintyofthematerials\"") && page.contains("<td>z0</td>"));
+    assert!(page.contains("second interval") && !page.contains("The uncertainty of the materials."));
+    let without = ["report", "grid.npz", "-o", "grid.html", "--material-uncertainty", "5%"];
+    assert!(format!("{:#}", analyze(&folder, &without).unwrap_err()).contains("needs the map"));
 }

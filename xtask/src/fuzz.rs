@@ -73,6 +73,11 @@ fn targets() -> Result<Vec<String>> {
 fn fuzz(arguments: &[&str]) -> Command {
     let mut command = workspace::command("rustup", &["run", "nightly", "cargo", "fuzz"]);
     // The compiler of this program is another one.
-    command.args(arguments).env("RUSTFLAGS", FLAGS).env_remove("RUSTUP_TOOLCHAIN").env_remove("CARGO").env_remove("RUSTC");
+    command
+        .args(arguments)
+        .env("RUSTFLAGS", FLAGS)
+        .env_remove("RUSTUP_TOOLCHAIN")
+        .env_remove("CARGO")
+        .env_remove("RUSTC");
     command
 }

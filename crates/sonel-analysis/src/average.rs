@@ -78,6 +78,7 @@ mod tests {
             warning: None,
             decay: None,
             kernel: None,
+            materials: Vec::new(),
         })
     }
 

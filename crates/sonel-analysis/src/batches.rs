@@ -145,6 +145,7 @@ pub fn estimate(
         warning,
         decay: None,
         kernel,
+        materials: Vec::new(),
     };
     let parts = match parts {
         Ok(parts) => parts,

@@ -12,6 +12,7 @@
 //!
 //! References: [Sidak1967], [ISO3382-1] table A.1 for just-noticeable differences (docs/references.md).
 
+use serde_json::Value;
 use sonel_acoustics::just_noticeable as noticeable;
 
 use crate::estimate::{Estimate, NoInterval, ParameterValue, StandardError};
@@ -34,6 +35,16 @@ pub enum Pairing {
     /// Batch j of one and batch j of the other began with the same random numbers. Where the batches are not the same
     /// parts of both runs, the parameters count as independent.
     Batches,
+}
+
+impl Pairing {
+    /// Of two responses with these metadata: those of one map, or of runs with one seed and layout, began each batch with the same random numbers.
+    #[must_use]
+    pub fn of(a: &Value, b: &Value) -> Self {
+        let shared =
+            ["seed", "batches", "survival"].iter().all(|key| !a[*key].is_null() && a[*key] == b[*key]);
+        if shared { Self::Batches } else { Self::Independent }
+    }
 }
 
 /// One parameter of two responses.
@@ -161,12 +172,8 @@ impl Pair<'_> {
 
     /// Standard error of the difference.
     fn joint_error(&self, pairing: Pairing) -> Option<StandardError> {
-        let ((a, b), (error_a, error_b)) = (self.estimates()?, self.errors()?);
-        if pairing == Pairing::Independent || a.weight != b.weight {
-            return Some(welch(error_a, error_b));
-        }
-        let without: Vec<f64> = a.without.iter().zip(&b.without).map(|(a, b)| b - a).collect();
-        Some(jackknife::spread(b.value - a.value, &without, &a.weight).error)
+        let (a, b) = self.estimates()?;
+        joint_error(a, b, pairing)
     }
 
     fn difference(&self, level: f64, pairing: Pairing) -> Option<Difference> {
@@ -187,15 +194,56 @@ impl Pair<'_> {
     }
 }
 
-/// `b` − `a` of runs with seeds of their own, with its 95 % interval; without one where either has none.
+/// Standard error of the difference of two estimates that have one.
+fn joint_error(a: &Estimate, b: &Estimate, pairing: Pairing) -> Option<StandardError> {
+    let (error_a, error_b) = (a.error?, b.error?);
+    if pairing == Pairing::Independent || a.weight != b.weight {
+        return Some(welch(error_a, error_b));
+    }
+    let without: Vec<f64> = a.without.iter().zip(&b.without).map(|(a, b)| b - a).collect();
+    Some(jackknife::spread(b.value - a.value, &without, &a.weight).error)
+}
+
+/// What a difference means.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Significance {
+    /// Its size in just-noticeable differences.
+    pub just_noticeable: f64,
+    /// Whether zero lies outside its 95 % interval; none without an interval.
+    pub is_beyond_noise: Option<bool>,
+}
+
+impl Significance {
+    /// Of a difference, where a listener notices `just_noticeable` in its unit.
+    #[must_use]
+    pub fn of(difference: &Estimate, just_noticeable: f64) -> Self {
+        let interval = difference.interval.as_ref().ok();
+        Self {
+            just_noticeable: difference.value.abs() / just_noticeable,
+            is_beyond_noise: interval.map(|[low, high]| *low > 0.0 || *high < 0.0),
+        }
+    }
+
+    /// ` (0)` for noise, ` *` for what is beyond it and noticed.
+    #[must_use]
+    pub fn mark(self) -> &'static str {
+        match self.is_beyond_noise {
+            Some(false) => " (0)",
+            _ if self.just_noticeable >= 1.0 => " *",
+            _ => "",
+        }
+    }
+}
+
+/// `b` − `a`, with its 95 % interval; without one where either has none.
 ///
 /// # Errors
 /// The first reason why one of them has no value.
-pub fn difference(a: &ParameterValue, b: &ParameterValue) -> ParameterValue {
+pub fn difference(a: &ParameterValue, b: &ParameterValue, pairing: Pairing) -> ParameterValue {
     let (a, b) = (a.as_ref().map_err(Clone::clone)?, b.as_ref().map_err(Clone::clone)?);
     let value = b.value - a.value;
     let reason = [a, b].into_iter().find_map(|estimate| estimate.interval.as_ref().err());
-    let joint = a.error.zip(b.error).map(|(a, b)| welch(a, b));
+    let joint = joint_error(a, b, pairing);
     let interval = match (reason, joint) {
         (None, Some(joint)) => {
             let half_width = student::quantile(MISSED, joint.freedom) * joint.sigma;

@@ -23,7 +23,8 @@ pub fn derived<'a>(
         of(&estimates.iter().map(|estimate| read(estimate)).collect::<Vec<f64>>())
     };
     let value = take(&|estimate| estimate.value);
-    let bare = |interval| Estimate::bare(value, interval);
+    let materials = by_materials(&of, &estimates, value);
+    let bare = |interval| Estimate { materials: materials.clone(), ..Estimate::bare(value, interval) };
     if let Some(reason) = estimates.iter().find_map(|estimate| estimate.interval.as_ref().err()) {
         return Ok(bare(Err(reason.clone())));
     }
@@ -53,6 +54,24 @@ pub fn derived<'a>(
         warning: spread.warning,
         ..bare(Ok(interval))
     })
+}
+
+/// Share of a standard uncertainty over which the derived number is taken as linear.
+const SMALL: f64 = 1e-3;
+
+/// Changes of the derived `value` by one standard uncertainty of each material; none where a parameter has none.
+fn by_materials(of: &impl Fn(&[f64]) -> f64, estimates: &[&Estimate], value: f64) -> Vec<f64> {
+    let count = estimates.first().map_or(0, |first| first.materials.len());
+    if estimates.iter().any(|estimate| estimate.materials.len() != count) {
+        return Vec::new();
+    }
+    (0..count)
+        .map(|m| {
+            let moved: Vec<f64> =
+                estimates.iter().map(|estimate| estimate.value + SMALL * estimate.materials[m]).collect();
+            (of(&moved) - value) / SMALL
+        })
+        .collect()
 }
 
 /// Reach of an interval beyond its noise: below, negative or zero, and above.

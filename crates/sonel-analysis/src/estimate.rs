@@ -24,7 +24,13 @@ pub struct Estimate {
     pub decay: Option<DecayQuality>,
     /// Bias of discs and spheres; none where nothing is averaged over an area.
     pub kernel: Option<KernelShift>,
+    /// Changes of the value by one standard uncertainty of the absorption of each uncertain material ([`crate::materials`]); empty where they are
+    /// not known.
+    pub materials: Vec<f64>,
 }
+
+/// Standard uncertainties in half an interval of the materials: 95 % of a normal distribution.
+const COVERAGE_FACTOR: f64 = 1.96;
 
 /// Shift of a parameter when it is freed of the bias of discs and spheres.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,7 +65,7 @@ const MOST_JUST_NOTICEABLE: f64 = 10.0;
 impl Estimate {
     /// A value with its interval alone.
     #[must_use]
-    pub(crate) fn bare(value: f64, interval: Interval) -> Self {
+    pub fn bare(value: f64, interval: Interval) -> Self {
         Self {
             value,
             interval,
@@ -69,7 +75,28 @@ impl Estimate {
             warning: None,
             decay: None,
             kernel: None,
+            materials: Vec::new(),
         }
+    }
+
+    /// Half-width of the 95 % interval that the uncertainty of the materials makes; none where it is not known.
+    #[must_use]
+    pub fn material_half_width(&self) -> Option<f64> {
+        let variance: f64 = self.materials.iter().map(|change| change * change).sum();
+        (!self.materials.is_empty()).then(|| COVERAGE_FACTOR * variance.sqrt())
+    }
+
+    /// The 95 % interval of simulation and materials together, as far as they are known: to either side the root of the sum of squares.
+    ///
+    /// # Errors
+    /// Why the simulation has none.
+    pub fn whole_interval(&self) -> Interval {
+        let [low, high] = self.interval.clone()?;
+        let materials = self.material_half_width().unwrap_or(0.0);
+        Ok([
+            self.value - libm::hypot(self.value - low, materials),
+            self.value + libm::hypot(high - self.value, materials),
+        ])
     }
 
     /// The estimate, unless its interval is hopelessly wide; `just_noticeable` is the just-noticeable difference about its

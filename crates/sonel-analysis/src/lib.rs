@@ -13,6 +13,7 @@
 //! - [`average`]: single numbers and means over receivers; [`seats`]: their standard deviations;
 //! - [`echo`]: the echo criterion of Dietsch and Kraak;
 //! - [`jackknife`] and [`student`]: their intervals over batches; [`outlier`]: when intervals are unreliable;
+//! - [`materials`]: their uncertainty by that of the absorption of materials;
 //! - [`report`]: tables, CSV and JSON (docs/interface.md).
 //!
 //! [`comparison`] finds the parameters of two responses that differ beyond noise, [`map_comparison`] the places, times and
@@ -36,6 +37,7 @@ pub mod jackknife;
 mod lateral;
 pub mod listed;
 pub mod map_comparison;
+pub mod materials;
 pub mod measured;
 mod missing;
 pub mod modal;

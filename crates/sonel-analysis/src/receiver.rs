@@ -122,6 +122,40 @@ impl ReceiverParameters {
         })
     }
 
+    /// A parameter in the band of this nominal centre [Hz]; none without such a band.
+    #[must_use]
+    pub fn in_band(&self, hz: f64, parameter: Parameter) -> Option<ParameterValue> {
+        let band = self.bands.iter().find(|band| band.center_frequency_hz.total_cmp(&hz).is_eq())?;
+        Some(band.parameter(parameter).clone())
+    }
+
+    /// Every value that has changes by materials.
+    pub(crate) fn values(&self) -> Vec<&ParameterValue> {
+        let Self { speech_transmission_index, a_weighted_level_db, echo, in_noise, bands, .. } = self;
+        let noise = in_noise.iter().flat_map(|speech| [&speech.level_db, &speech.signal_to_noise_db]);
+        let bands = bands.iter().flat_map(|band| band.parameters.iter().map(|(_, value)| value));
+        [speech_transmission_index, a_weighted_level_db]
+            .into_iter()
+            .chain(echo)
+            .chain(noise)
+            .chain(bands)
+            .collect()
+    }
+
+    /// The values of [`Self::values`], in its order.
+    pub(crate) fn values_mut(&mut self) -> Vec<&mut ParameterValue> {
+        let Self { speech_transmission_index, a_weighted_level_db, echo, in_noise, bands, .. } = self;
+        let noise =
+            in_noise.iter_mut().flat_map(|speech| [&mut speech.level_db, &mut speech.signal_to_noise_db]);
+        let bands = bands.iter_mut().flat_map(|band| band.parameters.iter_mut().map(|(_, value)| value));
+        [speech_transmission_index, a_weighted_level_db]
+            .into_iter()
+            .chain(echo)
+            .chain(noise)
+            .chain(bands)
+            .collect()
+    }
+
     /// All parameters, the speech transmission index first.
     pub fn parameters(&self) -> impl Iterator<Item = &ParameterValue> {
         std::iter::once(&self.speech_transmission_index)

@@ -9,7 +9,7 @@ use sonel_analysis::sensitivity::{Sensitivity, Slope, slopes};
 use sonel_analysis::{Parameter, ReceiverParameters, parameters};
 use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
-use sonel_renderer::{ReceiverPoint, RenderError, RenderSettings, Renderer};
+use sonel_renderer::{ReceiverPoint, RenderError, RenderSettings};
 
 use sonel_study::pipeline::{NoClock, PipelineError, render_and_read};
 use sonel_study::response;
@@ -117,17 +117,8 @@ impl VariedMap<'_> {
         progress: &mut dyn FnMut(usize, f64),
     ) -> Result<Vec<ReceiverParameters>, RenderError> {
         let Self { map, geometry, receivers, render } = self;
-        let before = map.widen(variants);
-        let parameters = Renderer::new(map, geometry, RenderSettings { edges: false, ..render.clone() })
-            .and_then(|renderer| {
-                let renderings = response::render(map, &renderer, receivers, progress)?;
-                let mut response = response::assemble(map, &renderer, receivers, &renderings);
-                // The bias of discs is the same in all variants, and reading parameters freed of it takes as long as reading them.
-                response.batches.iter_mut().for_each(|batches| batches.kernel_difference.clear());
-                Ok(parameters(&response))
-            });
-        map.narrow(before);
-        parameters
+        response::render_variants(map, geometry, receivers, render, variants, progress)
+            .map(|response| parameters(&response))
     }
 }
 

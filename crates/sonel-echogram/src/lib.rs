@@ -5,6 +5,7 @@
 //! numpy archives uses [`ArchiveWriter`].
 
 mod archive;
+mod bands;
 mod borders;
 mod check;
 mod directions;

@@ -249,6 +249,25 @@ mod tests {
     }
 
     #[test]
+    fn bands_keep_their_rows_of_every_array() {
+        let whole = response();
+        let second = whole.of_bands(1..2);
+        crate::check::check(&second).unwrap();
+        assert_eq!(second.center_frequency_hz, [1000.0]);
+        for receiver in 0..2 {
+            assert_eq!(second.echogram(0, receiver, 0), whole.echogram(0, receiver, 1));
+        }
+        assert_eq!((second.arrivals.energy, second.missing.unwrap().decay_rate), (vec![2e-3], vec![15.0]));
+        let moments = [&second.directions.unwrap().moment, &whole.directions.as_ref().unwrap().moment];
+        assert_eq!(
+            (moments[0].len(), moments[0][0], moments[0][600]),
+            (1200, moments[1][600], moments[1][1800])
+        );
+        let all = whole.of_bands(0..2);
+        assert_eq!(Response { metadata: whole.metadata.clone(), ..all }, whole);
+    }
+
+    #[test]
     fn the_same_response_has_the_same_bytes() {
         assert_eq!(bytes(&response()), bytes(&response()));
     }

@@ -5,12 +5,14 @@
 //!
 //! - `din18041-a1` … `a4`: reverberation time of [DIN18041] group A by volume V [m³], 0.45 lg V + 0.07 (music), 0.37 lg V − 0.14 (speech),
 //!   0.32 lg V − 0.17 (teaching), 0.26 lg V − 0.14 s (inclusive teaching), with the range of its figure 2 from 125 to 4000 Hz, occupied.
-//! - `bb93-primary`, `bb93-secondary`: at most 0.6 and 0.8 s as the mean of 500, 1000 and 2000 Hz \[BB93\], here in each of these octaves.
-//! - `ansi-s12.60`: at most 0.6 s up to 283 m³, 0.7 s up to 566 m³, at 500, 1000 and 2000 Hz [ANSIS12.60].
+//! - `bb93-primary`, `bb93-secondary`: at most 0.6 and 0.8 s as the arithmetic mean of the octaves 500, 1000 and 2000 Hz, or of the third octaves
+//!   400 … 2500 Hz \[BB93\].
+//! - `ansi-s12.60`: at most 0.6 s up to 283 m³, 0.7 s up to 566 m³, in each of the octaves 500, 1000 and 2000 Hz [ANSIS12.60].
 //!
 //! References: docs/references.md.
 
-use sonel_analysis::{Parameter, ParameterValue};
+use sonel_analysis::average::average;
+use sonel_analysis::{Parameter, ParameterValue, Unsupported};
 
 use crate::target;
 
@@ -32,6 +34,8 @@ enum Range {
     Din([f64; 2]),
     /// Curve of ANSI S12.60.
     Ansi,
+    /// Highest mean over the middle frequencies of BB93.
+    MiddleMean(f64),
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -77,6 +81,8 @@ const ANSI: &str = "ansi-s12.60";
 const ANSI_LIMITS: [(f64, f64); 2] = [(283.0, 0.6), (566.0, 0.7)];
 /// Octaves of BB93 and ANSI S12.60 [Hz].
 const SPEECH_OCTAVES: [f64; 3] = [500.0, 1000.0, 2000.0];
+/// Third octaves of BB93 [Hz].
+const MIDDLE_THIRDS: [f64; 9] = [400.0, 500.0, 630.0, 800.0, 1000.0, 1250.0, 1600.0, 2000.0, 2500.0];
 
 impl Criterion {
     /// Reads a criterion.
@@ -91,7 +97,7 @@ impl Criterion {
             return of(Parameter::T20, Range::Din(*curve));
         }
         if let Some((_, limit)) = BB93.iter().find(|(known, _)| *known == word) {
-            return of(Parameter::T20, Range::Stated([0.0, *limit], Bands::Listed(SPEECH_OCTAVES.to_vec())));
+            return of(Parameter::T20, Range::MiddleMean(*limit));
         }
         if word == ANSI {
             return of(Parameter::T20, Range::Ansi);
@@ -129,14 +135,77 @@ impl Criterion {
                     ANSI_LIMITS.iter().find(|(most, _)| volume.is_some_and(|volume| volume <= *most))?;
                 SPEECH_OCTAVES.contains(&hz).then_some([0.0, *limit])
             }
+            Range::MiddleMean(limit) => {
+                (SPEECH_OCTAVES.contains(&hz) || MIDDLE_THIRDS.contains(&hz)).then_some([0.0, *limit])
+            }
+        }
+    }
+
+    /// What is judged of a room of `volume` [m³] in a response of these `bands` [Hz]: each band with its range, or the mean over several.
+    #[must_use]
+    pub fn judged(&self, bands: &[f64], volume: Option<f64>) -> Vec<Judged> {
+        if let Range::MiddleMean(limit) = self.range {
+            // Nominal centres alone do not tell 500 Hz of octaves from that of thirds.
+            let has_thirds =
+                bands.iter().any(|hz| MIDDLE_THIRDS.contains(hz) && !SPEECH_OCTAVES.contains(hz));
+            let of: &[f64] = if has_thirds { &MIDDLE_THIRDS } else { &SPEECH_OCTAVES };
+            return vec![Judged { bands: of.to_vec(), range: [0.0, limit] }];
+        }
+        let judged = |hz: &f64| Some(Judged { bands: vec![*hz], range: self.range(*hz, volume)? });
+        bands.iter().filter_map(judged).collect()
+    }
+}
+
+/// A value that a criterion is about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judged {
+    /// The band [Hz], or the bands whose mean it is.
+    pub bands: Vec<f64>,
+    /// Lowest and highest value, in the unit of the parameter.
+    pub range: [f64; 2],
+}
+
+impl Judged {
+    /// The value, from the values of bands, of which there may be no such band.
+    ///
+    /// # Errors
+    /// Why a band has none.
+    pub fn value(&self, of: impl Fn(f64) -> Option<ParameterValue>) -> ParameterValue {
+        let found: Vec<Option<ParameterValue>> = self.bands.iter().map(|hz| of(*hz)).collect();
+        let missing: Vec<String> = self
+            .bands
+            .iter()
+            .zip(&found)
+            .filter(|(_, found)| found.is_none())
+            .map(|(hz, _)| format!("{hz} Hz"))
+            .collect();
+        if !missing.is_empty() {
+            let octaves = if self.bands.len() > SPEECH_OCTAVES.len() { "400 to 2500" } else { "500 to 2000" };
+            return Err(Unsupported::OctavesMissing { octaves, missing: missing.join(", ") });
+        }
+        let found: Vec<ParameterValue> = found.into_iter().flatten().collect();
+        match &found[..] {
+            [one] => one.clone(),
+            several => average(several),
         }
     }
 }
 
-/// What is decided of a value with its interval.
+/// `500`, or `mean 500 … 2000`.
+impl std::fmt::Display for Judged {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.bands[..] {
+            [first, .., last] => write!(f, "mean {first} … {last}"),
+            [one] => write!(f, "{one}"),
+            [] => Ok(()),
+        }
+    }
+}
+
+/// What is decided of a value with its interval: that of the simulation and, where it is known, of the materials.
 #[must_use]
 pub fn verdict([low, high]: [f64; 2], value: &ParameterValue) -> Verdict {
-    let Some([from, to]) = value.as_ref().ok().and_then(|estimate| estimate.interval.clone().ok()) else {
+    let Some([from, to]) = value.as_ref().ok().and_then(|estimate| estimate.whole_interval().ok()) else {
         return Verdict::Undecided;
     };
     match () {
@@ -208,6 +277,7 @@ fn bands(text: &str) -> Option<Bands> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sonel_analysis::Estimate;
 
     fn range(text: &str, hz: f64, volume: f64) -> Option<[f64; 2]> {
         Criterion::parse(text).expect("a criterion").range(hz, Some(volume))
@@ -229,6 +299,33 @@ mod tests {
         near(range("ansi-s12.60", 1000.0, 300.0), [0.0, 0.7]);
         assert_eq!(range("ansi-s12.60", 1000.0, 600.0), None);
         near(range("bb93-secondary", 2000.0, 1.0), [0.0, 0.8]);
+    }
+
+    /// BB93 judges one mean, which may pass where a band alone is above the limit; ANSI S12.60 judges each octave.
+    #[test]
+    fn a_mean_over_bands_is_judged_once() {
+        let bands: [f64; 5] = [250.0, 500.0, 1000.0, 2000.0, 4000.0];
+        let times = [0.9, 0.66, 0.58, 0.5, 0.4];
+        let of = |hz: f64| {
+            let at = bands.iter().position(|band| band.total_cmp(&hz).is_eq())?;
+            Some(Ok(Estimate::bare(times[at], Ok([times[at] - 0.01, times[at] + 0.01]))))
+        };
+        let judged = |word: &str, bands: &[f64]| Criterion::parse(word).unwrap().judged(bands, Some(200.0));
+        let mean = &judged("bb93-primary", &bands)[..];
+        assert_eq!(
+            (mean.len(), mean[0].to_string(), mean[0].range),
+            (1, "mean 500 … 2000".to_owned(), [0.0, 0.6])
+        );
+        assert!((mean[0].value(of).unwrap().value - 0.58).abs() < 1e-12);
+        assert_eq!(
+            judged("ansi-s12.60", &bands).iter().map(|one| one.bands[0]).collect::<Vec<_>>(),
+            [500.0, 1000.0, 2000.0]
+        );
+        // Without an octave there is no mean, which is undecided and not left out.
+        let missing = mean[0].value(|hz| of(hz).filter(|_| hz < 2000.0));
+        assert!(missing.as_ref().unwrap_err().to_string().contains("missing: 2000 Hz"));
+        assert_eq!(verdict(mean[0].range, &missing), Verdict::Undecided);
+        assert_eq!(judged("bb93-primary", &[400.0, 500.0, 630.0])[0].bands.len(), 9);
     }
 
     #[test]

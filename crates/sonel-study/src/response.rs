@@ -2,13 +2,16 @@
 //!
 //! What the response says of its provenance is left to whoever writes it to a file.
 
-use sonel_acoustics::Pattern;
+use sonel_acoustics::{Material, Pattern};
 use sonel_echogram::{
     ArrivalKind, Arrivals, Batches, Directions, Lateral, Missing, ReceiverDirectivity, Response,
     batch_time_edges,
 };
+use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
-use sonel_renderer::{CoarseEchogram, Columns, ReceiverPoint, RenderError, Renderer, Rendering};
+use sonel_renderer::{
+    CoarseEchogram, Columns, ReceiverPoint, RenderError, RenderSettings, Renderer, Rendering,
+};
 use sonel_scene::Scene;
 
 /// The receivers that a scene names.
@@ -51,6 +54,32 @@ pub fn render(
             renderer.render(source, receivers, &borders, &mut |share| progress(source, share))
         })
         .collect()
+}
+
+/// The response of `map` and, behind its bands, of variants of its materials: they share packets, rays and random numbers with it, so that
+/// differences have hardly any noise of their own. Edges do not diffract, and what reveals the bias of discs is left out: it is the same in
+/// all variants.
+///
+/// # Errors
+/// When the map cannot be rendered.
+pub fn render_variants(
+    map: &mut SonelMap,
+    geometry: &Geometry,
+    receivers: &[ReceiverPoint],
+    settings: &RenderSettings,
+    variants: &[Vec<Material>],
+    progress: &mut dyn FnMut(usize, f64),
+) -> Result<Response, RenderError> {
+    let before = map.widen(variants);
+    let rendered = Renderer::new(map, geometry, RenderSettings { edges: false, ..settings.clone() })
+        .and_then(|renderer| {
+            let renderings = render(map, &renderer, receivers, progress)?;
+            let mut response = assemble(map, &renderer, receivers, &renderings);
+            response.batches.iter_mut().for_each(|batches| batches.kernel_difference.clear());
+            Ok(response)
+        });
+    map.narrow(before);
+    rendered
 }
 
 /// The response of `renderings`, which [`render()`] made; its metadata are empty.

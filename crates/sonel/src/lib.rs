@@ -73,8 +73,8 @@ pub use error::{Error, Result, with_options_spelled};
 pub use map::Map;
 pub use observer::{Observer, Severity, Silent};
 pub use render::{
-    Air, Audience, Axis, Change, ClassShare, Grid, GridCounts, PreparedRendering, Refinement, RenderOptions,
-    Rendered, VERSION as RENDERER_VERSION,
+    AbsorptionUncertainty, Air, Audience, Axis, Change, ClassShare, Grid, GridCounts, MaterialVariants,
+    PreparedRendering, Refinement, RenderOptions, Rendered, VERSION as RENDERER_VERSION,
 };
 pub use response::{Parameters, Response, Surroundings};
 pub use scene::{Material, Scene, SceneBuilder, check_file};

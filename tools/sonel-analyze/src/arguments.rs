@@ -12,15 +12,16 @@ use sonel_console::receiver::parse_receiver;
 use sonel_map::Mode;
 use sonel_render::SoundArguments;
 use sonel_renderer::{Estimator, ReceiverPoint};
-use sonel_study::criteria::Criterion;
 use sonel_study::effects::EffectSpec;
 use sonel_view::HeadArguments;
 
 mod coefficients;
+mod parameters;
 mod plot;
 mod speech;
 
 pub use coefficients::{Change, FitArguments, OptimiseArguments, To};
+pub use parameters::Parameters;
 pub use plot::{Drawn, Plot, What};
 pub use speech::OpenPlan;
 
@@ -447,29 +448,6 @@ pub struct Verify {
     /// A map written by sonel-trace.
     #[arg(value_name = "MAP.sonelmap")]
     pub map: PathBuf,
-}
-
-/// `parameters`.
-#[derive(Debug, Clone, Args)]
-#[command(
-    after_help = "Examples:\n  sonel-analyze parameters room.npz --format csv > room.csv\n  sonel-analyze parameters seats.npz --mean --target 'c80=1dB±3dB@500,1000'"
-)]
-pub struct Parameters {
-    /// A response written by sonel-render, or a measured impulse response.
-    #[arg(value_name = "RESPONSE.npz|IMPULSE.wav")]
-    pub response: PathBuf,
-    /// Output format: table, csv or json.
-    #[arg(long, value_enum, default_value_t = Format::Table)]
-    pub format: Format,
-    /// Print means over the receivers of each source with their intervals, and the standard deviation between receivers.
-    #[arg(long)]
-    pub mean: bool,
-    /// Print the share of receivers within a range, band by band, such as t30=0.6s±20%@250-2000, c50>=2dB or din18041-a3; repeatable.
-    #[arg(long = "target", value_name = "CRITERION", value_parser = Criterion::parse)]
-    pub targets: Vec<Criterion>,
-    /// Speech, noise, and sources as one system.
-    #[command(flatten)]
-    pub heard: HeardArguments,
 }
 
 /// `--format` and `--json` of commands whose tables are not CSV.

@@ -41,7 +41,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_renderer::REVI
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
     use_threads(arguments.threads)?;
     match &arguments.command {
-        Command::Parameters(parameters) => parameters::run(parameters, out, log),
+        Command::Parameters(parameters) => parameters::run(parameters, arguments.quiet, out, log),
         Command::OpenPlan(line) => open_plan::run(line, out, log),
         Command::Inspect(inspect) => inspect::run(inspect, out),
         Command::Verify(verify) => verify::run(verify, out),
@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         Command::Fit(fit) => fit::run(fit, arguments.quiet, out, log),
         Command::Optimise(optimise) => optimise::run(optimise, arguments.quiet, out, log),
         Command::Plot(plot) => plot::run(plot, log),
-        Command::Report(report) => report::run(report, log),
+        Command::Report(report) => report::run(report, arguments.quiet, log),
         Command::Auralise(auralise) => auralise::run(auralise, log),
         Command::Listen(listen) => listen::run(listen, log),
         Command::Iacc(recordings) => iacc::run(recordings, out),

@@ -7,7 +7,7 @@ use anyhow::{Context, bail};
 use comfy_table::{CellAlignment, Table, presets};
 use serde_json::{Value, json};
 use sonel_analysis::ParameterValue;
-use sonel_analysis::comparison::difference;
+use sonel_analysis::comparison::{Pairing, difference};
 use sonel_analysis::modulation::Talk;
 use sonel_analysis::open_plan::{Line, SPEECH_POWER_LEVEL_DB, line};
 use sonel_analysis::report;
@@ -139,7 +139,7 @@ impl Losses {
     fn of(before: &Office, after: &Office) -> Self {
         let places = after.line.places.iter().filter_map(|place| {
             let other = before.line.places.iter().find(|other| other.name == place.name)?;
-            let loss = difference(&place.speech_level_db, &other.speech_level_db);
+            let loss = difference(&place.speech_level_db, &other.speech_level_db, Pairing::Independent);
             Some((place.name.clone(), place.distance, loss))
         });
         Self { title: format!("{} re {}", after.name, before.name), places: places.collect() }

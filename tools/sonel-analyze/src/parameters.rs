@@ -1,81 +1,164 @@
 //! `sonel-analyze parameters`: parameters of every source at every receiver.
 
 mod seats;
+mod side_by_side;
 
 use std::io::Write;
+use std::path::Path;
 
-use anyhow::bail;
-use serde_json::json;
+use anyhow::{Context, bail};
+use serde_json::{Value, json};
+use sonel::MaterialVariants;
 
 use sonel_analysis::modal::ModalBands;
 use sonel_analysis::receiver::parameters_of;
 use sonel_analysis::{ReceiverParameters, report};
-use sonel_console::Outcome;
+use sonel_console::follower::Follower;
+use sonel_console::progress::ProgressSink;
+use sonel_console::{Log, Outcome, spelled};
 use sonel_echogram::Response;
 
 use crate::arguments::{Format, Parameters};
 use crate::open;
 
-/// Reads the parameters off a response.
+/// A response that was read.
+struct Read {
+    /// Its variant, or the name of its file.
+    name: String,
+    title: String,
+    metadata: Value,
+    sources: usize,
+    parameters: Vec<ReceiverParameters>,
+    shares: Vec<seats::Share>,
+    materials: Option<MaterialVariants>,
+    modal: Option<ModalBands>,
+}
+
+/// Reads the parameters off one or several responses.
 ///
 /// # Errors
-/// When the response is unusable or `out` cannot be written.
-pub fn run(arguments: &Parameters, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let response = arguments.heard.heard(open::response(&arguments.response)?)?;
+/// When a response is unusable, several have nothing in common, or `out` cannot be written.
+pub fn run(
+    arguments: &Parameters,
+    quiet: bool,
+    out: &mut dyn Write,
+    log: &mut Log<'_>,
+) -> anyhow::Result<Outcome> {
     if !arguments.targets.is_empty() && arguments.format == Format::Csv {
         bail!("--target prints no CSV: choose --format table or json");
     }
-    let parameters = parameters_of(&response, arguments.heard.talk().as_ref());
-    let shares = seats::shares(&arguments.targets, &parameters, response.metadata["volume_m3"].as_f64());
+    let map = arguments.map.as_ref().map(sonel::Map::open).transpose().map_err(spelled)?;
+    let mut responses: Vec<Read> = Vec::new();
+    for path in &arguments.responses {
+        let mut read = read(path, arguments, map.as_ref(), quiet, log)?;
+        if responses.iter().any(|other| other.name == read.name) {
+            read.name = stem(path);
+        }
+        if responses.iter().any(|other| other.name == read.name) {
+            read.name = path.display().to_string();
+        }
+        responses.push(read);
+    }
+    match &responses[..] {
+        [one] => print(arguments, one, out)?,
+        several => side_by_side::print(arguments, several, out)?,
+    }
+    if !arguments.mean {
+        responses.iter().try_for_each(|read| remark(arguments, read, responses.len() > 1, log))?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn read(
+    path: &Path,
+    arguments: &Parameters,
+    map: Option<&sonel::Map>,
+    quiet: bool,
+    log: &mut Log<'_>,
+) -> anyhow::Result<Read> {
+    let response = arguments.heard.heard(open::response(path)?)?;
+    let mut parameters = parameters_of(&response, arguments.heard.talk().as_ref());
+    let materials = match map {
+        Some(map) => {
+            let follower = Follower::new(ProgressSink::unless(quiet), log);
+            let (uncertainty, heard) = (&arguments.uncertainty, &arguments.heard);
+            let attached = uncertainty.attach(&mut parameters, &response, map, heard, &follower);
+            Some(attached.with_context(|| path.display().to_string())?)
+        }
+        None => None,
+    };
+    let volume = response.metadata["volume_m3"].as_f64();
+    Ok(Read {
+        name: response.metadata["variant"].as_str().map_or_else(|| stem(path), str::to_owned),
+        title: title(&response),
+        sources: response.sources(),
+        shares: seats::shares(&arguments.targets, &parameters, volume),
+        modal: modal_bands(&response, &parameters),
+        metadata: response.metadata,
+        parameters,
+        materials,
+    })
+}
+
+fn print(arguments: &Parameters, read: &Read, out: &mut dyn Write) -> anyhow::Result<()> {
+    let Read { title, parameters, shares, .. } = read;
     match arguments.format {
         Format::Table if arguments.mean => {
-            write!(out, "{}{}", report::means_table(&parameters, &title(&response)), seats::text(&shares))?;
+            write!(out, "{}{}", report::means_table(parameters, title), seats::text(shares))?;
         }
-        Format::Csv if arguments.mean => report::means_csv(&parameters, &mut *out)?,
-        Format::Json if arguments.mean || !shares.is_empty() => {
-            let mut written = if arguments.mean {
-                json!({ "means": report::means_json(&parameters) })
-            } else {
-                report::json(&parameters)
-            };
-            if !shares.is_empty() {
-                written["targets"] = seats::json(&shares);
-            }
-            writeln!(out, "{written:#}")?;
-        }
+        Format::Csv if arguments.mean => report::means_csv(parameters, &mut *out)?,
+        Format::Json => writeln!(out, "{:#}", json_of(arguments, read))?,
         Format::Table => {
-            write!(
-                out,
-                "{}",
-                report::table(&parameters, &title(&response), arguments.heard.noise.is_some())
-            )?;
-            write!(out, "{}", seats::text(&shares))?;
+            write!(out, "{}", report::table(parameters, title, arguments.heard.noise.is_some()))?;
+            write!(out, "{}", seats::text(shares))?;
         }
-        Format::Csv => report::csv(&parameters, &mut *out)?,
-        Format::Json => writeln!(out, "{:#}", report::json(&parameters))?,
+        Format::Csv => report::csv(parameters, &mut *out)?,
     }
-    if arguments.mean {
-        return Ok(Outcome::Done);
+    Ok(())
+}
+
+fn json_of(arguments: &Parameters, read: &Read) -> Value {
+    let mut written = if arguments.mean {
+        json!({ "means": report::means_json(&read.parameters) })
+    } else {
+        report::json(&read.parameters)
+    };
+    if !read.shares.is_empty() {
+        written["targets"] = seats::json(&read.shares);
     }
-    if parameters.len() > response.sources() {
+    if let Some(materials) = &read.materials {
+        written["material_uncertainty"] = materials.json();
+    }
+    written
+}
+
+/// What the log has to say of a response, with its name where there are several.
+fn remark(arguments: &Parameters, read: &Read, is_named: bool, log: &mut dyn Write) -> anyhow::Result<()> {
+    let name = if is_named { format!("{}: ", read.name) } else { String::new() };
+    if read.parameters.len() > read.sources {
         writeln!(
             log,
-            "note: receivers share sonels, so their errors are correlated; each interval holds for one parameter"
+            "note: {name}receivers share sonels, so their errors are correlated; each interval holds for one parameter"
         )?;
     }
-    if let Some(bands) = modal_bands(&response, &parameters) {
-        writeln!(log, "note: {bands}")?;
+    if let Some(bands) = &read.modal {
+        writeln!(log, "note: {name}{bands}")?;
     }
-    let warned = parameters.iter().map(warnings).sum::<usize>();
+    let warned = read.parameters.iter().map(warnings).sum::<usize>();
     if warned > 0 {
         let place = match arguments.format {
             Format::Table => "footnotes",
+            Format::Csv if is_named => "print the response alone",
             Format::Csv => "column \"warning\"",
             Format::Json => "keys \"warning\"",
         };
-        writeln!(log, "warning: parameters with a warning: {warned} ({place})")?;
+        writeln!(log, "warning: {name}parameters with a warning: {warned} ({place})")?;
     }
-    Ok(Outcome::Done)
+    Ok(())
 }
 
 /// The beginning of the line above every block: the scene, where the response names one.

@@ -9,14 +9,14 @@ use crate::arguments::Report;
 ///
 /// # Errors
 /// When a file is unusable, there is no response, more than one map or a map of another scene, or the output cannot be written.
-pub fn run(arguments: &Report, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Report, quiet: bool, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
     sonel_view::freeze(
         &arguments.files,
         &arguments.output,
         &arguments.heard,
         &arguments.head,
         None,
-        ProgressSink::Nobody,
+        ProgressSink::unless(quiet),
         log,
     )
 }

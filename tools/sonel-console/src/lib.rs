@@ -17,6 +17,7 @@ pub mod progress;
 pub mod receiver;
 pub mod shard;
 pub mod time;
+pub mod uncertainty;
 
 use std::borrow::Cow;
 use std::error::Error;

@@ -6,11 +6,12 @@ use clap::{Args, Parser};
 use sonel_console::count::parse_count;
 use sonel_console::heard::HeardArguments;
 use sonel_console::parse_threads;
+use sonel_console::uncertainty::UncertaintyArguments;
 use sonel_study::criteria::Criterion;
 
 use crate::page::Head;
 
-/// What stands above a frozen page, and what the room shall meet.
+/// What stands above a frozen page, what the room shall meet, and how uncertain its materials are.
 #[derive(Debug, Clone, Default, Args)]
 pub struct HeadArguments {
     /// Project, the title of the page [default: name of the scene].
@@ -29,11 +30,14 @@ pub struct HeadArguments {
     /// bb93-secondary, ansi-s12.60; repeatable.
     #[arg(long = "target", value_name = "CRITERION", value_parser = Criterion::parse)]
     pub targets: Vec<Criterion>,
+    /// Uncertainty of materials.
+    #[command(flatten)]
+    pub uncertainty: UncertaintyArguments,
 }
 
 impl HeadArguments {
     pub(crate) fn head(&self) -> Head {
-        let Self { project, author, date, revision, targets } = self.clone();
+        let Self { project, author, date, revision, targets, .. } = self.clone();
         Head { project, author, date, revision, targets }
     }
 }
@@ -44,6 +48,7 @@ impl HeadArguments {
 /// served to this machine alone, under an address that is printed; nothing is fetched from elsewhere. Ctrl-C ends it.
 #[derive(Debug, Clone, Parser)]
 #[command(
+    mut_arg("material_uncertainty", |argument| argument.requires("output")),
     version = sonel::RENDERER_VERSION.as_str(),
     after_help = "Examples:\n  sonel-view scenes/classroom/scene.toml\n  sonel-view hall.sonelmap\n  \
                   sonel-view before.npz after.npz before.sonelmap -o renovation.html"

@@ -42,7 +42,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
 /// Writes the page of `files` to `output`. A scene is traced with `packets`, a map without response rendered at the receivers of its scene.
 ///
 /// # Errors
-/// When a file is unusable, there are two maps or a map of another scene, or the output cannot be written.
+/// When a file is unusable, there are two maps or a map of another scene, uncertainty is given without the map of a response, or the output cannot be written.
 pub fn freeze(
     files: &[PathBuf],
     output: &Path,
@@ -57,7 +57,16 @@ pub fn freeze(
     }
     let target = Output::create(output, Kind::PAGE, files)?;
     let follower = Follower::new(progress, log);
-    let (subjects, map) = Files::open(files)?.rendered(packets, heard, &follower)?;
+    let (mut subjects, map) = Files::open(files)?.rendered(packets, heard, &follower)?;
+    let uncertainty = &head.uncertainty;
+    if uncertainty.is_given() {
+        let Some(map) = &map else {
+            bail!("--material-uncertainty needs the map that the responses were rendered from: give it, too")
+        };
+        for subject in &mut subjects {
+            subject.attach_materials(uncertainty, map, heard, &follower)?;
+        }
+    }
     let pairs: usize = subjects.iter().map(page::Subject::pairs).sum();
     if pairs > page::MOST_PAIRS {
         let most = page::MOST_PAIRS;

@@ -10,7 +10,7 @@ use crate::estimate::ParameterValue;
 use crate::receiver::ReceiverParameters;
 
 /// Columns of [`csv`].
-const HEADER: [&str; 19] = [
+const HEADER: [&str; 21] = [
     "source",
     "receiver",
     "center_frequency_hz",
@@ -30,6 +30,8 @@ const HEADER: [&str; 19] = [
     "receiver_x_m",
     "receiver_y_m",
     "receiver_z_m",
+    "ci95_materials_low",
+    "ci95_materials_high",
 ];
 
 /// Writes all parameters, one a row; what a parameter has not is an empty field. The speech transmission index has no band.
@@ -47,11 +49,15 @@ pub fn csv(receivers: &[ReceiverParameters], out: impl Write) -> std::io::Result
         let places: Vec<String> = places.as_flattened().iter().map(place).collect();
         // A measurement does not say where it was made: its source is any.
         let source = if is_known { cell::of_name(&receiver.source) } else { Default::default() };
-        let mut write =
-            |frequency: &str, key: &str, estimate: &ParameterValue, just_noticeable: &dyn Fn(f64) -> f64| {
-                let names = [&source, &cell::of_name(&receiver.name), frequency, key];
-                writer.write_record(row(names, estimate, just_noticeable).iter().chain(&places))
-            };
+        let mut write = |frequency: &str,
+                         key: &str,
+                         estimate: &ParameterValue,
+                         just_noticeable: &dyn Fn(f64) -> f64| {
+            let names = [&source, &cell::of_name(&receiver.name), frequency, key];
+            writer.write_record(
+                row(names, estimate, just_noticeable).iter().chain(&places).chain(&material_ends(estimate)),
+            )
+        };
         write("", "speech_transmission_index", &receiver.speech_transmission_index, &|_| {
             noticeable::SPEECH_TRANSMISSION_INDEX
         })?;
@@ -73,6 +79,15 @@ pub fn csv(receivers: &[ReceiverParameters], out: impl Write) -> std::io::Result
         }
     }
     writer.flush()
+}
+
+/// Ends of the interval of the materials, or empty fields.
+pub(super) fn material_ends(estimate: &ParameterValue) -> [String; 2] {
+    let half =
+        estimate.as_ref().ok().and_then(|estimate| Some((estimate.value, estimate.material_half_width()?)));
+    half.map_or([const { String::new() }; 2], |(value, half)| {
+        [value - half, value + half].map(|end| end.to_string())
+    })
 }
 
 fn row(names: [&str; 4], estimate: &ParameterValue, just_noticeable: &dyn Fn(f64) -> f64) -> [String; 13] {

@@ -136,6 +136,11 @@ pub fn estimate(estimate: &ParameterValue) -> Value {
             fields.insert("reason".to_owned(), json!(reason.to_string()))
         }
     };
+    if let Some(half_width) = estimate.material_half_width() {
+        let value = estimate.value;
+        fields.insert("ci95_materials".to_owned(), json!([value - half_width, value + half_width]));
+        fields.insert("by_material".to_owned(), json!(estimate.materials));
+    }
     if let Some(warning) = &estimate.warning {
         fields.insert("warning".to_owned(), json!(warning));
     }

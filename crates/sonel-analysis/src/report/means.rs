@@ -5,8 +5,9 @@ use std::io::Write;
 use comfy_table::{CellAlignment, Table, presets};
 use serde_json::{Value, json};
 
+use super::csv::material_ends;
 use super::estimate;
-use super::table::{Notes, cell, digits};
+use super::table::{MATERIALS, Notes, cell, digits, knows_materials};
 use crate::cell;
 use crate::receiver::ReceiverParameters;
 use crate::seats::{Spread, rows};
@@ -43,8 +44,13 @@ pub fn means_table(parameters: &[ReceiverParameters], title: &str) -> String {
             format!("{title}source \"{source}\", mean over {count} receiver{plural}\n{}\n", lines.join("\n"))
         })
         .collect();
+    let materials = if parameters.iter().flat_map(ReceiverParameters::values).any(knows_materials) {
+        MATERIALS
+    } else {
+        ""
+    };
     format!(
-        "{}\n±: half-width of the 95 % interval of the mean over these receivers; s: standard deviation between them\n{}",
+        "{}\n±: half-width of the 95 % interval of the mean over these receivers{materials}; s: standard deviation between them\n{}",
         blocks.join("\n"),
         notes.text()
     )
@@ -61,7 +67,7 @@ fn text(spread: &Spread, factor: f64, notes: &mut Notes) -> String {
 }
 
 /// Columns of [`means_csv`].
-const HEADER: [&str; 10] = [
+const HEADER: [&str; 12] = [
     "source",
     "center_frequency_hz",
     "parameter",
@@ -72,6 +78,8 @@ const HEADER: [&str; 10] = [
     "receivers_with_value",
     "receivers",
     "reason",
+    "ci95_materials_low",
+    "ci95_materials_high",
 ];
 
 /// A row per source, band and parameter; a row without a frequency is of single numbers.
@@ -88,6 +96,7 @@ pub fn means_csv(parameters: &[ReceiverParameters], out: impl Write) -> std::io:
                 let end = |end: usize| {
                     interval.and_then(|ends| ends.as_ref().ok()).map(|ends| ends[end].to_string())
                 };
+                let [low, high] = material_ends(&spread.mean);
                 let reason = match (&spread.mean, interval) {
                     (Err(reason), _) => reason.to_string(),
                     (_, Some(Err(reason))) => reason.to_string(),
@@ -104,6 +113,8 @@ pub fn means_csv(parameters: &[ReceiverParameters], out: impl Write) -> std::io:
                     spread.count.to_string(),
                     spread.of.to_string(),
                     reason,
+                    low,
+                    high,
                 ])?;
             }
         }

@@ -18,11 +18,24 @@ pub fn table(receivers: &[ReceiverParameters], title: &str, has_noise: bool) -> 
     let noise = if has_noise { "with noise" } else { "no noise" };
     let blocks: Vec<String> =
         receivers.iter().map(|receiver| block(receiver, title, noise, &mut notes)).collect();
+    let materials = if receivers.iter().flat_map(ReceiverParameters::values).any(knows_materials) {
+        MATERIALS
+    } else {
+        ""
+    };
     format!(
-        "{}\n±: half-width of the 95 % interval; JND: just-noticeable difference; single: mean over the octaves of the single number\n{}",
+        "{}\n±: half-width of the 95 % interval{materials}; JND: just-noticeable difference; single: mean over the octaves of the single number\n{}",
         blocks.join("\n"),
         notes.text()
     )
+}
+
+/// What tables say of a second interval.
+pub(super) const MATERIALS: &str = " of the simulation, then that of the materials";
+
+/// Whether a value has an interval of the materials.
+pub(super) fn knows_materials(value: &ParameterValue) -> bool {
+    value.as_ref().is_ok_and(|estimate| !estimate.materials.is_empty())
 }
 
 fn block(receiver: &ReceiverParameters, title: &str, noise: &str, notes: &mut Notes) -> String {
@@ -139,14 +152,20 @@ pub(super) fn cell(estimate: &ParameterValue, factor: f64, notes: &mut Notes) ->
     };
     let value = estimate.value * factor;
     let warning = estimate.warning.as_ref().map(|warning| notes.mark(warning)).unwrap_or_default();
+    let materials = estimate.material_half_width().map(|half| half * factor);
+    let beside = |digits: usize| materials.map(|half| format!(" ±{half:.digits$}")).unwrap_or_default();
     match &estimate.interval {
         Ok([low, high]) => {
             // Where the run ends early, an interval reaches further to one side.
             let half = (high - estimate.value).max(estimate.value - low) * factor;
             let digits = digits(value, half);
-            format!("{value:.digits$} ±{half:.digits$}{warning}")
+            format!("{value:.digits$} ±{half:.digits$}{}{warning}", beside(digits))
         }
-        Err(reason) => format!("{value:.*}{}", digits(value, 0.0), notes.mark(&reason.to_string())),
+        Err(reason) => {
+            let digits = digits(value, materials.unwrap_or(0.0));
+            let simulation = if materials.is_some() { " ±–" } else { "" };
+            format!("{value:.digits$}{simulation}{}{}", beside(digits), notes.mark(&reason.to_string()))
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Plans: a value at each of many receivers, seen along the axis in which they differ least.
 //!
-//! Receivers that share their coordinates are a grid, each with a cell that reaches halfway to its neighbours. Others are dots.
+//! Receivers that share their coordinates are a grid, each with a cell that reaches halfway to its neighbours, but no further than usual: gaps stay
+//! white. Others are dots.
 
 use std::collections::BTreeSet;
 
@@ -132,11 +133,15 @@ fn is_grid(lines: &[Vec<f64>; 2], count: usize) -> bool {
     columns > 1 && rows > 1 && columns < count && rows < count && fills
 }
 
-/// From halfway to the value before to halfway to the next one; as far on both sides at an end.
+/// From halfway to the value before to halfway to the next one, but no further than half the median distance; as far on both sides at an end.
 fn around(values: &[f64], value: f64) -> [f64; 2] {
     let index = values.partition_point(|other| *other < value - SAME);
-    let step =
-        |index: usize| values.get(index + 1).zip(values.get(index)).map(|(next, this)| 0.5 * (next - this));
+    let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_unstable_by(f64::total_cmp);
+    let usual = steps.get(steps.len().saturating_sub(1) / 2).copied().unwrap_or_default();
+    let step = |index: usize| {
+        values.get(index + 1).zip(values.get(index)).map(|(next, this)| 0.5 * (next - this).min(usual))
+    };
     let before = index.checked_sub(1).and_then(step);
     let after = step(index);
     let [before, after] = [before.or(after), after.or(before)].map(Option::unwrap_or_default);
@@ -186,6 +191,18 @@ mod tests {
         assert!(plan.spots.iter().all(|spot| spot.cell.is_none()));
         let single = Section::of(&seats[..1], 2);
         assert_eq!((single.normal, single.plan(String::new(), &places(&seats[..1])).spots.len()), (2, 1));
+    }
+
+    /// Stalls and a balcony with an aisle of two metres between them.
+    #[test]
+    fn cells_do_not_reach_across_gaps() {
+        let seats: Vec<[f64; 3]> = [0.0, 1.0, 2.0, 5.0, 6.0]
+            .iter()
+            .flat_map(|&x| [0.0, 1.0, 2.0].map(|y| [x, y, 0.3 * x]))
+            .collect();
+        let plan = Section::of(&seats, 2).plan(String::new(), &places(&seats));
+        let widths = plan.spots.iter().map(|spot| spot.cell.map(|[low, high]| high[0] - low[0]));
+        assert!(widths.into_iter().all(|width| width.is_some_and(|width| (width - 1.0).abs() < 1e-12)));
     }
 
     #[test]

@@ -227,6 +227,35 @@ fn a_plan_has_a_cell_of_its_colour_for_each_receiver_its_walls_and_one_bar() {
     assert_eq!(seats, 2, "the dot and its border");
 }
 
+/// Eight plans side by side: names end in an ellipsis, and labels of an axis do not touch.
+#[test]
+fn narrow_plans_have_short_titles_and_few_ticks() {
+    let plan = || {
+        let mut plan = plans().each.swap_remove(0);
+        plan.title = "T30, single number: a long name of a variant".to_owned();
+        plan.spots.iter_mut().for_each(|spot| {
+            spot.at[0] += 1e4;
+            spot.cell = spot.cell.map(|corners| corners.map(|[x, y]| [x + 1e4, y]));
+        });
+        plan.walls.clear();
+        plan.sources.clear();
+        plan
+    };
+    let labels = |count: usize| {
+        let each = (0..count).map(|_| plan()).collect();
+        let text =
+            drawn(&Sheet { plans: Some(Plans { scale: Axis::linear("T30 [s]"), each }), ..Sheet::default() });
+        (
+            text.matches("a long name of a variant").count(),
+            text.matches('…').count(),
+            ["1000", "9999"].map(|begin| text.matches(begin).count()).iter().sum::<usize>(),
+        )
+    };
+    let (alone, many) = (labels(1), labels(8));
+    assert_eq!((alone.0, alone.1, many.0, many.1), (1, 0, 0, 8));
+    assert!(many.2 >= 8 && many.2 < 8 * alone.2, "{alone:?} {many:?}");
+}
+
 #[test]
 fn plans_of_nothing_and_of_one_place_are_drawn() {
     let none = Plan {

@@ -274,7 +274,7 @@ impl Display for GridCounts {
             .filter(|(count, _)| *count > 0)
             .map(|(count, place)| format!("{count} {place}"))
             .collect();
-        write!(f, "{left_out} of {} grid points are left out: {}", self.points, parts.join(", "))
+        write!(f, "{left_out} of {} points are left out: {}", self.points, parts.join(", "))
     }
 }
 

@@ -220,7 +220,7 @@ impl Run<'_> {
 }
 
 /// A pattern's name; of a file also its directivity index per band and the side that is up.
-fn directivity(directivity: &Directivity) -> Value {
+pub(super) fn directivity(directivity: &Directivity) -> Value {
     match directivity {
         Directivity::Pattern(pattern) => json!(pattern.name()),
         Directivity::Measured { balloon, up } => {

@@ -8,6 +8,7 @@ mod options;
 mod planning;
 mod refinement;
 mod remedy;
+mod uncertainty;
 mod until;
 
 use std::borrow::Cow;
@@ -38,6 +39,7 @@ pub use grid::{Axis, Grid, GridCounts};
 pub use job::VERSION;
 pub use options::{Air, RenderOptions};
 pub use refinement::Refinement;
+pub use uncertainty::{AbsorptionUncertainty, MaterialVariants};
 
 /// A response and what is to be said of it.
 #[derive(Debug)]

@@ -44,7 +44,7 @@ pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
         figures_a = only(figures_a, from, &arguments.a, (from, to))?;
         figures_b = only(figures_b, to, arguments.other(), (from, to))?;
     }
-    let pairing = pairing(&a.metadata, &b.metadata);
+    let pairing = Pairing::of(&a.metadata, &b.metadata);
     let comparison = compare(&figures_a, &figures_b, pairing);
     if comparison.differences.is_empty() {
         bail!(
@@ -79,12 +79,6 @@ fn only(
         parameters.name = format!("{from} → {to}");
     }
     Ok(chosen)
-}
-
-/// Responses of one map, or of runs with one seed and layout, began each batch with the same random numbers.
-fn pairing(a: &Value, b: &Value) -> Pairing {
-    let shared = ["seed", "batches", "survival"].iter().all(|key| !a[*key].is_null() && a[*key] == b[*key]);
-    if shared { Pairing::Batches } else { Pairing::Independent }
 }
 
 /// Keys of the provenance whose values differ, with both.

@@ -1,8 +1,8 @@
 //! `parameters --target`: the share of receivers within a range.
 
 use serde_json::{Value, json};
-use sonel_analysis::ReceiverParameters;
-use sonel_study::criteria::{Criterion, Verdict, verdict};
+use sonel_analysis::{ParameterValue, ReceiverParameters};
+use sonel_study::criteria::{Criterion, Judged, Verdict, verdict};
 
 /// Receivers of a source whose parameter lies in a range, in one band.
 pub struct Share {
@@ -10,7 +10,7 @@ pub struct Share {
     symbol: &'static str,
     unit: &'static str,
     source: String,
-    hz: f64,
+    judged: Judged,
     /// In the unit of tables.
     range: [f64; 2],
     /// Receivers with a value, those whose value lies within, and those whose interval reaches over an end or is missing.
@@ -26,10 +26,13 @@ pub fn shares(targets: &[Criterion], parameters: &[ReceiverParameters], volume: 
     for target in targets {
         let (symbol, unit, factor) = target.parameter.heading();
         for group in parameters.chunk_by(|a, b| a.source == b.source) {
-            for (b, band) in group[0].bands.iter().enumerate() {
-                let hz = band.center_frequency_hz;
-                let Some(range) = target.range(hz, volume) else { continue };
-                let values = group.iter().map(|receiver| receiver.bands[b].parameter(target.parameter));
+            let bands: Vec<f64> = group[0].bands.iter().map(|band| band.center_frequency_hz).collect();
+            for judged in target.judged(&bands, volume) {
+                let range = judged.range;
+                let values =
+                    group.iter().map(|receiver| judged.value(|hz| receiver.in_band(hz, target.parameter)));
+                let values: Vec<ParameterValue> = values.collect();
+                let values = values.iter();
                 let known: Vec<_> = values.filter(|value| value.is_ok()).collect();
                 let within = known.iter().filter(|value| {
                     value.as_ref().is_ok_and(|found| (range[0]..=range[1]).contains(&found.value))
@@ -41,7 +44,7 @@ pub fn shares(targets: &[Criterion], parameters: &[ReceiverParameters], volume: 
                     symbol,
                     unit,
                     source: group[0].source.clone(),
-                    hz,
+                    judged: judged.clone(),
                     range: range.map(|end| factor * end),
                     with_value: known.len(),
                     within: within.count(),
@@ -57,7 +60,8 @@ pub fn shares(targets: &[Criterion], parameters: &[ReceiverParameters], volume: 
 /// A line per band.
 pub fn text(shares: &[Share]) -> String {
     let mut text = String::new();
-    for Share { target, symbol, unit, source, hz, range, with_value, within, undecided, receivers } in shares
+    for Share { target, symbol, unit, source, judged, range, with_value, within, undecided, receivers } in
+        shares
     {
         let [low, high] = range;
         let range = match (low.is_finite() && *low != 0.0, high.is_finite()) {
@@ -71,7 +75,7 @@ pub fn text(shares: &[Share]) -> String {
             missing => format!(", {missing} without a value"),
         };
         text.push_str(&format!(
-            "target {target}, source \"{source}\", {hz} Hz: {symbol} {range} {unit} at {within} of {with_value} receivers ({percent:.0} %), \
+            "target {target}, source \"{source}\", {judged} Hz: {symbol} {range} {unit} at {within} of {with_value} receivers ({percent:.0} %), \
              {undecided} undecided by their intervals{missing}\n"
         ));
     }
@@ -87,7 +91,8 @@ pub fn json(shares: &[Share]) -> Value {
             json!({
                 "target": share.target,
                 "source": share.source,
-                "center_frequency_hz": share.hz,
+                "center_frequency_hz": match share.judged.bands[..] { [hz] => Some(hz), _ => None },
+                "mean_over_hz": (share.judged.bands.len() > 1).then_some(&share.judged.bands),
                 "unit": share.unit,
                 "range": share.range.map(finite),
                 "receivers": share.receivers,

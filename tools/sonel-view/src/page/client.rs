@@ -2,15 +2,15 @@
 
 use serde_json::json;
 use sonel_acoustics::{eyring_time, mean_free_path, sabine_time};
-use sonel_analysis::average::single_number;
-use sonel_analysis::comparison::difference;
+use sonel_analysis::average::{average, single_number};
+use sonel_analysis::comparison::{Pairing, Significance, difference};
 use sonel_analysis::seats::spread;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_study::criteria::{Verdict, verdict};
 
 use super::document::Document;
-use super::sections::{cell, single};
-use super::{Head, Subject, Traced, charts};
+use super::sections::{MOST_ROWS, cell, single};
+use super::{Head, Subject, Traced, charts, uncertainty};
 
 /// Project, author, date and version, as they were given.
 pub fn head(page: &mut Document, head: &Head) {
@@ -113,14 +113,16 @@ pub fn targets(page: &mut Document, subjects: &[Subject], head: &Head) {
         for subject in subjects {
             let volume = subject.echograms().metadata["volume_m3"].as_f64();
             let mut verdicts = Vec::new();
-            for hz in &subject.echograms().center_frequency_hz {
-                let Some(range) = target.range(*hz, volume) else { continue };
-                let value = mean(subject, target.parameter, *hz);
+            for judged in target.judged(&subject.echograms().center_frequency_hz, volume) {
+                let range = judged.range;
+                let known = &subject.echograms().center_frequency_hz;
+                let value =
+                    judged.value(|hz| known.contains(&hz).then(|| mean(subject, target.parameter, hz)));
                 let found = verdict(range, &value);
                 verdicts.push(found);
                 rows.push(vec![
                     subject.name.clone(),
-                    hz.to_string(),
+                    judged.to_string(),
                     words(range.map(|end| factor * end)),
                     cell(&value, factor),
                     found.to_string(),
@@ -144,10 +146,14 @@ pub fn targets(page: &mut Document, subjects: &[Subject], head: &Head) {
         let columns = ["variant", "f [Hz]", "wanted", "mean over receivers", "verdict"].map(str::to_owned);
         page.table("", &columns, &rows);
     }
-    page.note(
-        "Pass: the whole 95 % interval of the simulation lies within the range. Fail: all of it lies outside. Undecided: it reaches over an end of \
-         the range; a longer calculation decides. The interval does not include the uncertainty of the materials.",
-    );
+    let of = if uncertainty::is_known(subjects) {
+        "the 95 % interval, of simulation and materials together (root of the sum of squares),"
+    } else {
+        "the 95 % interval of the simulation, which leaves out the uncertainty of the materials,"
+    };
+    page.note(&format!(
+        "Pass: all of {of} lies within the range. Fail: all of it lies outside. Undecided: it reaches over an end of the range."
+    ));
 }
 
 fn words([low, high]: [f64; 2]) -> String {
@@ -162,19 +168,36 @@ fn words([low, high]: [f64; 2]) -> String {
 pub fn differences(page: &mut Document, subjects: &[Subject]) {
     let [first, others @ ..] = subjects else { return };
     let shown = single(subjects);
-    let mut rows = Vec::new();
+    let (mut rows, mut means) = (Vec::new(), Vec::new());
     for other in others {
-        for receiver in &other.parameters {
-            let is_same = |found: &&ReceiverParameters| {
-                (&found.source, &found.name) == (&receiver.source, &receiver.name)
-            };
-            let Some(before) = first.parameters.iter().find(is_same) else { continue };
-            let cells = shown.iter().map(|parameter| {
-                let [a, b] = [before, receiver].map(|found| single_number(found, *parameter));
-                noticed(&difference(&a, &b), &a, *parameter)
+        let pairing = Pairing::of(&first.echograms().metadata, &other.echograms().metadata);
+        // Receivers of both.
+        let pairs: Vec<[&ReceiverParameters; 2]> = other
+            .parameters
+            .iter()
+            .filter_map(|after| {
+                let is_same = |found: &&ReceiverParameters| {
+                    (&found.source, &found.name) == (&after.source, &after.name)
+                };
+                Some([first.parameters.iter().find(is_same)?, after])
+            })
+            .collect();
+        let row = |name: String, pairs: &[[&ReceiverParameters; 2]]| -> Vec<String> {
+            let cells = shown.iter().map(|&parameter| {
+                let values: Vec<[ParameterValue; 2]> =
+                    pairs.iter().map(|pair| pair.map(|found| single_number(found, parameter))).collect();
+                // Receivers that have the value in both.
+                let known = || values.iter().filter(|[a, b]| a.is_ok() && b.is_ok());
+                let [a, b] = [0, 1].map(|which| average(known().map(|pair| &pair[which])));
+                noticed(&difference(&a, &b, pairing), &a, parameter)
             });
-            let name = format!("{}: {} → {}", other.name, receiver.source, receiver.name);
-            rows.push(std::iter::once(name).chain(cells).collect());
+            std::iter::once(name).chain(cells).collect()
+        };
+        rows.extend(pairs.iter().map(|pair| {
+            row(format!("{}: {} → {}", other.name, pair[1].source, pair[1].name), std::slice::from_ref(pair))
+        }));
+        if pairs.len() > 1 {
+            means.push(row(format!("{}: mean", other.name), &pairs));
         }
     }
     if rows.is_empty() {
@@ -186,21 +209,22 @@ pub fn differences(page: &mut Document, subjects: &[Subject]) {
         format!("Δ{symbol} [{unit}]")
     });
     let columns: Vec<String> = std::iter::once(format!("less {}", first.name)).chain(columns).collect();
-    page.table("", &columns, &rows);
+    if rows.len() > MOST_ROWS {
+        page.table("", &columns, &means);
+        page.folded("Every source and receiver", &columns, &rows);
+    } else {
+        page.table("", &columns, &[rows, means].concat());
+    }
     page.note(
-        "Difference of the single numbers with half of its 95 % interval, runs taken as independent. 0: not beyond the noise of the simulation. \
+        "Difference of the single numbers with half of its 95 % interval of the simulation; runs of one map, or of one seed, share their random numbers. (0): not beyond the noise of the simulation. \
          *: at least one just-noticeable difference.",
     );
 }
 
 fn noticed(difference: &ParameterValue, before: &ParameterValue, parameter: Parameter) -> String {
     let (Ok(found), Ok(before)) = (difference, before) else { return "–".to_owned() };
-    let text = cell(difference, parameter.heading().2);
-    match &found.interval {
-        Ok([low, high]) if *low <= 0.0 && *high >= 0.0 => format!("{text} (0)"),
-        _ if found.value.abs() >= parameter.just_noticeable(before.value) => format!("{text} *"),
-        _ => text,
-    }
+    let significance = Significance::of(found, parameter.just_noticeable(before.value));
+    format!("{}{}", cell(difference, parameter.heading().2), significance.mark())
 }
 
 /// T20 over the bands, with the ranges of targets about it.
@@ -243,13 +267,18 @@ pub fn curves(page: &mut Document, subjects: &[Subject], head: &Head) {
 }
 
 /// What the numbers do not say.
-pub fn limits(page: &mut Document) {
+pub fn limits(page: &mut Document, subjects: &[Subject]) {
+    let materials = if uncertainty::is_known(subjects) {
+        "The uncertainty of scattering coefficients. That of absorption is the second interval, as far as its standard uncertainties are right."
+    } else {
+        "The uncertainty of the materials. Coefficients differ between laboratory and building by 0.1 and more; intervals are those of the simulation alone."
+    };
     page.section("What was not simulated");
     page.list(
         &[
             "Waves: the calculation follows energies. Below the Schroeder frequency single modes decide, and loudspeakers with one signal interfere; neither is in the numbers.",
             "People and furniture that the model leaves out. Their absorption and scattering must be in the coefficients of the surfaces.",
-            "The uncertainty of the materials. Coefficients differ between laboratory and building by 0.1 and more; intervals are those of the simulation alone.",
+            materials,
             "Sound from outside, from services and through walls, but for the noise that is stated.",
             "Differences from seat to seat between the receivers.",
         ]

@@ -1,5 +1,7 @@
 //! The HTML around texts, tables and charts. Everything that comes from files is escaped here.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 
 /// What draws charts and the room (assets/README.md).
@@ -86,6 +88,25 @@ impl Document {
         let head = if head.is_empty() { String::new() } else { row(head, "th") };
         self.body.push_str(&format!(
             "<div class=\"scroll\"><table class=\"{class}\">{head}{body}</table></div>\n"
+        ));
+    }
+
+    /// A table that is folded on the screen and whole in print.
+    pub fn folded(&mut self, title: &str, head: &[String], rows: &[Vec<String>]) {
+        self.body.push_str(&format!(
+            "<details class=\"fold\"><summary>{}</summary></details>\n<div>",
+            escaped(title)
+        ));
+        self.table("", head, rows);
+        self.body.push_str("</div>\n");
+    }
+
+    /// A drawing, SVG of ours, with a title for those who cannot see it.
+    pub fn drawing(&mut self, title: &str, svg: &str) {
+        let title = escaped(title).replace('"', "&quot;");
+        self.body.push_str(&format!(
+            "<figure class=\"scroll\"><img alt=\"{title}\" src=\"data:image/svg+xml;base64,{}\"></figure>\n",
+            STANDARD.encode(svg)
         ));
     }
 

@@ -6,16 +6,22 @@ mod charts;
 mod client;
 mod document;
 pub mod pair;
+mod receivers;
 mod reflections;
 pub mod room;
 mod sections;
+mod uncertainty;
 mod words;
 
+use anyhow::Context;
 use serde_json::{Value, json};
+use sonel::MaterialVariants;
 use sonel_analysis::ReceiverParameters;
 use sonel_analysis::receiver::parameters_of;
+use sonel_console::follower::Follower;
 use sonel_console::heard::HeardArguments;
 use sonel_console::spelled;
+use sonel_console::uncertainty::UncertaintyArguments;
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, hexadecimal};
@@ -32,6 +38,8 @@ pub struct Subject {
     pub name: String,
     response: sonel::Response,
     parameters: Vec<ReceiverParameters>,
+    /// What is known of the uncertainty of its materials.
+    materials: Option<MaterialVariants>,
 }
 
 impl Subject {
@@ -46,7 +54,24 @@ impl Subject {
             None => response,
         };
         let parameters = parameters_of(response.echograms(), heard.talk().as_ref());
-        Ok(Self { name, response, parameters })
+        Ok(Self { name, response, parameters, materials: None })
+    }
+
+    /// Gives every parameter its changes by the uncertainty of the materials of `map`.
+    ///
+    /// # Errors
+    /// When the response was rendered from another map, or a material does not exist.
+    pub fn attach_materials(
+        &mut self,
+        uncertainty: &UncertaintyArguments,
+        map: &sonel::Map,
+        heard: &HeardArguments,
+        follower: &Follower<'_>,
+    ) -> anyhow::Result<()> {
+        let Self { response, parameters, .. } = self;
+        let attached = uncertainty.attach(parameters, response.echograms(), map, heard, follower);
+        self.materials = Some(attached.with_context(|| self.name.clone())?);
+        Ok(())
     }
 
     /// Number of pairs of source and receiver.
@@ -130,11 +155,14 @@ pub fn of_responses(
     sections::remarks(&mut page, subjects, map);
     sections::over_bands(&mut page, subjects);
     sections::over_receivers(&mut page, subjects);
+    receivers::maps(&mut page, subjects, map);
+    receivers::tables(&mut page, subjects);
     client::room(&mut page, subjects, map);
+    uncertainty::materials(&mut page, subjects);
     if let Some(map) = map {
         client::statistics(&mut page, subjects, map);
     }
-    client::limits(&mut page);
+    client::limits(&mut page, subjects);
     if let Some(map) = map {
         sections::effects(&mut page, map);
         sections::ledger(&mut page, map);

@@ -10,8 +10,10 @@ use sonel_drawing::plot;
 
 use super::charts::{self, layout, rounded};
 use super::document::{Document, escaped};
-use super::{MOST_PAIRS, Subject, Traced, words};
+use super::{MOST_PAIRS, Subject, Traced, uncertainty, words};
 
+/// Rows of a table of pairs of source and receiver beyond which it is folded.
+pub const MOST_ROWS: usize = 24;
 /// Single numbers, in the order of the tables.
 const SINGLE: [Parameter; 6] = [
     Parameter::Strength,
@@ -50,15 +52,19 @@ fn label(subjects: &[Subject], subject: &Subject, parameters: &ReceiverParameter
     if subjects.len() > 1 { format!("{}: {pair}", subject.name) } else { pair }
 }
 
-/// Value with the half-width of its interval, as tables have it.
+/// Value with the half-width of its interval and, where it is known, that of the materials, as tables have it.
 pub fn cell(estimate: &ParameterValue, factor: f64) -> String {
     let Ok(estimate) = estimate else { return "–".to_owned() };
     let value = estimate.value * factor;
+    let materials = |digits: usize| {
+        let half = estimate.material_half_width().map(|half| factor * half);
+        half.map(|half| format!(" ± {half:.digits$}")).unwrap_or_default()
+    };
     match &estimate.interval {
         Ok([low, high]) => {
             let half = (high - estimate.value).max(estimate.value - low) * factor;
             let digits = if half < 0.1 { 2 } else { 1 };
-            format!("{value:.digits$} ± {half:.digits$}")
+            format!("{value:.digits$} ± {half:.digits$}{}", materials(digits))
         }
         Err(_) => format!("{value:.2}"),
     }
@@ -74,7 +80,8 @@ pub fn summary(page: &mut Document, subjects: &[Subject]) {
     });
     let head: Vec<String> =
         std::iter::once("source → receiver".to_owned()).chain(names).chain(["STI".to_owned()]).collect();
-    let mut rows = Vec::new();
+    let (mut rows, mut each) = (Vec::new(), Vec::new());
+    let is_long = subjects.iter().map(Subject::pairs).sum::<usize>() > MOST_ROWS;
     for subject in subjects {
         for parameters in &subject.parameters {
             let cells = single
@@ -82,7 +89,8 @@ pub fn summary(page: &mut Document, subjects: &[Subject]) {
                 .map(|parameter| cell(&single_number(parameters, *parameter), parameter.heading().2));
             let speech = cell(&parameters.speech_transmission_index, 1.0);
             let name = label(subjects, subject, parameters);
-            rows.push(std::iter::once(name).chain(cells).chain([speech]).collect());
+            let row = std::iter::once(name).chain(cells).chain([speech]).collect();
+            if is_long { &mut each } else { &mut rows }.push(row);
         }
         if subject.parameters.len() > 1 {
             rows.push(means(subjects, subject, &single));
@@ -90,6 +98,9 @@ pub fn summary(page: &mut Document, subjects: &[Subject]) {
     }
     rows.push(just_noticeable(&single));
     page.table("", &head, &rows);
+    if is_long {
+        page.folded("Every source and receiver", &head, &each);
+    }
     let speech = match subjects
         .iter()
         .flat_map(|subject| &subject.parameters)
@@ -101,9 +112,10 @@ pub fn summary(page: &mut Document, subjects: &[Subject]) {
         ),
         None => "STI: without background noise.".to_owned(),
     };
-    page.note(&format!("{}{speech}",
-        "Means of the octaves 500 and 1000 Hz (LF, LFC and LJ: 125 to 1000 Hz), ± half of the 95 % interval of the simulation. A difference of one JND (just-noticeable \
-         difference) can just be heard. The mean is over all pairs above it; its interval is that of the mean, not the spread between seats. ",
+    let materials = if uncertainty::is_known(subjects) { ", then that of the materials" } else { "" };
+    page.note(&format!(
+        "Means of the octaves 500 and 1000 Hz (LF, LFC and LJ: 125 to 1000 Hz), ± half of the 95 % interval of the simulation{materials}. A difference of one \
+         JND (just-noticeable difference) can just be heard. The mean is over all pairs of a response; its interval is that of the mean, not the spread between seats. {speech}"
     ));
     let all: Vec<ReceiverParameters> =
         drawn(subjects).into_iter().map(|(_, subject, index)| subject.parameters[index].clone()).collect();
@@ -121,15 +133,18 @@ fn means(subjects: &[Subject], subject: &Subject, single: &[Parameter]) -> Vec<S
     [name].into_iter().chain(single.iter().map(mean)).chain([cell(&speech, 1.0)]).collect()
 }
 
+/// The just-noticeable difference of a parameter in the unit of its heading, or as a share.
+pub fn just_noticeable_of(parameter: Parameter) -> String {
+    let difference = parameter.just_noticeable(1.0);
+    if parameter.is_noticed_relatively() {
+        format!("{} %", 100.0 * difference)
+    } else {
+        (difference * parameter.heading().2).to_string()
+    }
+}
+
 fn just_noticeable(single: &[Parameter]) -> Vec<String> {
-    let differences = single.iter().map(|parameter| {
-        let difference = parameter.just_noticeable(1.0);
-        if parameter.is_noticed_relatively() {
-            format!("{} %", 100.0 * difference)
-        } else {
-            (difference * parameter.heading().2).to_string()
-        }
-    });
+    let differences = single.iter().map(|parameter| just_noticeable_of(*parameter));
     let speech = noticeable::SPEECH_TRANSMISSION_INDEX.to_string();
     ["JND".to_owned()].into_iter().chain(differences).chain([speech]).collect()
 }

@@ -16,6 +16,8 @@ const GAP: u32 = 12;
 const BAR: u32 = 20;
 /// Part of the extents left free about them.
 const MARGIN: f64 = 0.04;
+/// Dots up to which values stand beside them.
+const MOST_LABELS: usize = 40;
 /// Radius of a dot [pixels].
 const DOT: u32 = 7;
 /// Colour of what has no value.
@@ -70,14 +72,15 @@ impl<'a> PlanRow<'a> {
 
     fn draw_plan<B: DrawingBackend>(&self, plan: &Plan, area: &Area<B>) -> Drawn<B> {
         let title = letters(CAPTION).pos(Pos::new(HPos::Left, VPos::Top));
-        area.draw(&Text::new(plan.title.as_str(), (fine(GAP + LEFT), fine(GAP)), title))?;
+        let caption = shortened(&plan.title, self.width.saturating_sub(GAP + LEFT), CAPTION);
+        area.draw(&Text::new(caption, (fine(GAP + LEFT), fine(GAP)), title))?;
         let right = self.width.saturating_sub(GAP + LEFT + self.size[0]);
         let below = self.height - TOP - BOTTOM - self.size[1];
         let ruler = |axis: usize| {
             let [low, high] = self.extents.map(|corner| corner[axis]);
             Ruler::new(&Axis::linear("").from_to(low, high), std::iter::empty())
         };
-        let (x, y) = (ruler(0), ruler(1));
+        let (x, y) = (thinned(ruler(0), self.size[0]), ruler(1));
         let mut chart = ChartBuilder::on(area)
             .margin_top(fine(TOP))
             .margin_left(fine(GAP))
@@ -108,7 +111,7 @@ impl<'a> PlanRow<'a> {
                 Some(corners) => {
                     chart.draw_series([Rectangle::new(corners.map(point), color)])?;
                 }
-                None => self.draw_dot(spot, color, chart)?,
+                None => self.draw_dot(spot, plan.spots.len() <= MOST_LABELS, color, chart)?,
             }
         }
         let stroke = BLACK.stroke_width(FINENESS * 3 / 2);
@@ -123,15 +126,20 @@ impl<'a> PlanRow<'a> {
         Ok(())
     }
 
-    /// A dot with its value as text: dots are few.
+    /// A dot, where they are few with its value as text.
     fn draw_dot<B: DrawingBackend>(
         &self,
         spot: &Spot,
+        is_labelled: bool,
         color: ShapeStyle,
         chart: &mut Chart<'_, B>,
     ) -> Drawn<B> {
         let at = (spot.at[0], spot.at[1]);
-        let text = spot.value.map_or_else(|| "–".to_owned(), |value| self.scale.fine_label(value));
+        let text = match spot.value {
+            _ if !is_labelled => String::new(),
+            Some(value) => self.scale.fine_label(value),
+            None => "–".to_owned(),
+        };
         let style = letters(TEXT).pos(Pos::new(HPos::Left, VPos::Center));
         let label = EmptyElement::at(at)
             + Circle::new((0, 0), fine(DOT), color)
@@ -174,6 +182,25 @@ const LEAST_HEIGHT: u32 = 260;
 /// Viridis, even to the eye and for the colour-blind.
 fn ramp(share: f64) -> RGBColor {
     ViridisRGB.get_color(share.clamp(0.0, 1.0))
+}
+
+/// `text`, with an ellipsis where it would be wider than `width` [pixels] in letters of a `size` [pixels].
+fn shortened(text: &str, width: u32, size: u32) -> String {
+    let letters = text.chars().count();
+    let room = (1..=letters).rev().find(|count| text_width(*count, size) <= width).unwrap_or(1);
+    if room >= letters {
+        return text.to_owned();
+    }
+    text.chars().take(room.saturating_sub(1)).chain(['…']).collect()
+}
+
+/// The ruler of a horizontal axis `width` [pixels] wide with so many ticks that their labels do not touch.
+fn thinned(mut ruler: Ruler, width: u32) -> Ruler {
+    let longest = ruler.ticks.iter().map(|&tick| ruler.label(tick).chars().count()).max().unwrap_or(0);
+    let most = (width / (text_width(longest, TEXT) + GAP)).max(1) as usize;
+    let every = ruler.ticks.len().div_ceil(most).max(1);
+    ruler.ticks = ruler.ticks.into_iter().step_by(every).collect();
+    ruler
 }
 
 /// Lower and upper corner of everything in the plans, with a margin [m].

@@ -1,0 +1,394 @@
+//! Uncertainty of a response's parameters by the absorption of materials, from the map that it was rendered from.
+
+use std::ops::RangeInclusive;
+
+use serde_json::{Value, json};
+use sonel_acoustics::Material;
+use sonel_analysis::ReceiverParameters;
+use sonel_analysis::materials::{Varied, attach};
+use sonel_echogram::Response as Echograms;
+use sonel_renderer::{Air as Attenuation, Estimator, ReceiverPoint, RenderSettings, Sensitivity};
+use sonel_scene::Scene;
+use sonel_study::response::render_variants;
+
+use crate::coefficients::{self, Coefficients};
+use crate::error::At;
+use crate::observer::{Observer, Severity, watched};
+use crate::{Error, Map, Mode, Result};
+
+use super::Changed;
+use super::job::directivity;
+
+/// By how much an absorption is raised: small beside what bends a parameter, large beside rounding.
+const STEP: f64 = 1e-3;
+/// Standard uncertainties within which an absorption has to stay between 0 and 1 for first order to hold.
+const REACH: f64 = 2.0;
+/// Standard uncertainties that make sense: an absorption lies between 0 and 1.
+const RANGE: RangeInclusive<f64> = 0.0..=0.5;
+
+/// Standard uncertainty of the absorption of a material.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AbsorptionUncertainty {
+    /// The material; none: every material that is not named.
+    pub material: Option<String>,
+    /// Standard uncertainty of α (coverage factor 1), 0 … 0.5, or as a share of α.
+    pub uncertainty: Coefficients,
+    /// Whether it is a share of α.
+    pub is_relative: bool,
+}
+
+impl AbsorptionUncertainty {
+    /// Reads `0.05`, `20%` of the coefficient, `NAME=0.1` or, by band, `NAME=0.1,0.05,…`.
+    ///
+    /// # Errors
+    /// A sentence that says what is right.
+    pub fn parse(text: &str) -> std::result::Result<Self, String> {
+        let (material, numbers) = match text.rsplit_once('=') {
+            Some((name, numbers)) => (Some(name.trim().trim_matches('"').to_owned()), numbers),
+            None => (None, text),
+        };
+        let (numbers, is_relative) = match numbers.trim().strip_suffix('%') {
+            Some(share) => (share, true),
+            None => (numbers, false),
+        };
+        let scaled = |numbers: Coefficients| match numbers {
+            Coefficients::Uniform(percent) if is_relative => Some(Coefficients::Uniform(percent / 100.0)),
+            Coefficients::PerBand(_) if is_relative => None,
+            numbers => Some(numbers),
+        };
+        let uncertainty = coefficients::parse(numbers)
+            .and_then(scaled)
+            .filter(|found| numbers_of(found).iter().all(|u| RANGE.contains(u)));
+        uncertainty.filter(|_| material.as_deref() != Some("")).map(|uncertainty| Self { material, uncertainty, is_relative }).ok_or_else(|| {
+            format!(
+                "\"{text}\" is no standard uncertainty of absorption: write 0.05 for all materials, NAME=0.1 for one, NAME=0.1,0.05,… by band, each 0 … 0.5, or NAME=20% of the coefficient, 0 … 50 %"
+            )
+        })
+    }
+}
+
+fn numbers_of(coefficients: &Coefficients) -> &[f64] {
+    match coefficients {
+        Coefficients::Uniform(number) => std::slice::from_ref(number),
+        Coefficients::PerBand(numbers) => numbers,
+    }
+}
+
+/// A response with the absorption of one uncertain material after the other changed a little.
+#[derive(Debug, Clone)]
+pub struct MaterialVariants {
+    unchanged: Echograms,
+    variants: Vec<Variant>,
+}
+
+#[derive(Debug, Clone)]
+struct Variant {
+    material: String,
+    /// Standard uncertainty of α per band.
+    uncertainty: Vec<f64>,
+    /// Step of α in standard uncertainties.
+    share: f64,
+    echograms: Echograms,
+}
+
+impl MaterialVariants {
+    /// Gives every value of `parameters` its changes by one standard uncertainty of each material, where `read` reads parameters off
+    /// echograms as those were read off the response.
+    ///
+    /// # Errors
+    /// The errors of `read`.
+    pub fn attach<E>(
+        &self,
+        parameters: &mut [ReceiverParameters],
+        read: impl Fn(&Echograms) -> std::result::Result<Vec<ReceiverParameters>, E>,
+    ) -> std::result::Result<(), E> {
+        let before = read(&self.unchanged)?;
+        let varied = self
+            .variants
+            .iter()
+            .map(|variant| Ok(Varied { share: variant.share, parameters: read(&variant.echograms)? }));
+        attach(parameters, &before, &varied.collect::<std::result::Result<Vec<_>, E>>()?);
+        Ok(())
+    }
+
+    /// `[{"material": …, "absorption": [per band]}]`: standard uncertainties, in the order of the changes of each value.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let of =
+            |variant: &Variant| json!({ "material": variant.material, "absorption": variant.uncertainty });
+        self.variants.iter().map(of).collect()
+    }
+
+    /// Uncertain materials, in the order of the changes of each value: name, and standard uncertainty of α per band.
+    pub fn uncertainties(&self) -> impl Iterator<Item = (&str, &[f64])> {
+        self.variants.iter().map(|variant| (variant.material.as_str(), &variant.uncertainty[..]))
+    }
+}
+
+impl Map {
+    /// The echograms of `response`, which was rendered from this map, for small changes of the absorption of every uncertain material in use.
+    /// Edges do not diffract in them. A material is left out, with a warning, in bands where it absorbs everything: no packet returns from it.
+    ///
+    /// # Errors
+    /// When the response is of another map or has changed directivities; a material that does not exist; a map of `--mode paper`; [`Error::Stopped`].
+    pub fn material_variants(
+        &self,
+        response: &Echograms,
+        uncertainty: &[AbsorptionUncertainty],
+        observer: &dyn Observer,
+    ) -> Result<MaterialVariants> {
+        if response.metadata["map_digest"] != self.digest().as_str() {
+            return Err(Error::refused(format!(
+                "the response was not rendered from {}: give its map, or render the response again",
+                self.label()
+            )));
+        }
+        if self.sonels().header().settings.mode == Mode::Paper {
+            return Err(Error::refused(
+                "materials of maps of --mode paper cannot be changed: trace with --mode accurate",
+            ));
+        }
+        watched(observer, |watch| {
+            let label = || self.label().to_owned();
+            self.sonels().require_whole().at(label)?;
+            self.check()?;
+            let Changed { map, geometry, .. } = self.as_rendered(response)?;
+            let mut map = map.into_owned();
+            let scene = &map.header().scene;
+            let materials = scene.materials.clone();
+            let bands = scene.bands.count();
+            let in_use =
+                |index: usize| geometry.surfaces().iter().any(|surface| surface.material as usize == index);
+            let mut steps = steps(&uncertainties(uncertainty, scene)?, &materials);
+            steps.retain(|step| in_use(step.material));
+            for step in &steps {
+                let black: Vec<String> = (0..bands)
+                    .filter(|&band| step.uncertainty[band] > 0.0 && step.by_band[band] <= 0.0)
+                    .map(|band| scene.bands.nominal()[band].to_string())
+                    .collect();
+                if !black.is_empty() {
+                    let text = format!(
+                        "material \"{}\" absorbs everything at {} Hz: its uncertainty there is left out",
+                        materials[step.material].name,
+                        black.join(", ")
+                    );
+                    watch.say(Severity::Warning, &text);
+                }
+            }
+            let far: Vec<String> =
+                steps.iter().filter_map(|step| step.reach(&materials, scene.bands.nominal())).collect();
+            if !far.is_empty() {
+                let text = format!(
+                    "the absorption of {} is less than two standard uncertainties from 0 or 1: first order does not hold, intervals of the materials are rough",
+                    far.join(", ")
+                );
+                watch.say(Severity::Warning, &text);
+            }
+            let sources = scene.sources.len() as f64;
+            let changed: Vec<Vec<Material>> = steps.iter().map(|step| step.applied(&materials)).collect();
+            let settings = settings(response, changed.len() + 1);
+            let whole = render_variants(
+                &mut map,
+                &geometry,
+                &receivers(response),
+                &settings,
+                &changed,
+                &mut |source, share| {
+                    watch.progress("rendering", (source as f64 + share) / sources);
+                },
+            )
+            .at(label)?;
+            watch.progress("rendering", 1.0);
+            let block = |index: usize| whole.of_bands(index * bands..(index + 1) * bands);
+            let variant = |(index, step): (usize, Step)| Variant {
+                material: materials[step.material].name.clone(),
+                share: step.share,
+                uncertainty: step.uncertainty,
+                echograms: block(index + 1),
+            };
+            Ok(MaterialVariants {
+                unchanged: block(0),
+                variants: steps.into_iter().enumerate().map(variant).collect(),
+            })
+        })
+    }
+
+    /// The map with the materials that `response` was rendered with.
+    fn as_rendered(&self, response: &Echograms) -> Result<Changed<'_>> {
+        let scene = &self.sonels().header().scene;
+        let changed = &response.metadata["options"]["changed"];
+        let geometry = self.walls()?;
+        if changed.is_null() {
+            return Ok(Changed {
+                map: std::borrow::Cow::Borrowed(self.sonels()),
+                geometry,
+                warnings: Vec::new(),
+            });
+        }
+        if let Some(source) = scene
+            .sources
+            .iter()
+            .find(|source| changed["directivities"][&source.name] != directivity(&source.directivity))
+        {
+            return Err(Error::refused(format!(
+                "the response was rendered with another directivity of source \"{}\": trace the scene with it",
+                source.name
+            )));
+        }
+        let mut materials = scene.materials.clone();
+        for material in &mut materials {
+            let stated = &changed["materials"][&material.name];
+            let Material { absorption, scattering, transmission, .. } = material;
+            for (key, values) in
+                [("absorption", absorption), ("scattering", scattering), ("transmission", transmission)]
+            {
+                let listed = stated[key].as_array().into_iter().flatten().filter_map(Value::as_f64);
+                for (value, stated) in values.iter_mut().zip(listed) {
+                    *value = stated;
+                }
+            }
+        }
+        let design = self.design(materials, scene.sources.clone(), geometry)?;
+        Ok(Changed {
+            map: std::borrow::Cow::Owned(design.map),
+            geometry: design.geometry,
+            warnings: design.warnings,
+        })
+    }
+}
+
+/// The change of one material.
+struct Step {
+    /// Index of the material.
+    material: usize,
+    uncertainty: Vec<f64>,
+    /// In standard uncertainties.
+    share: f64,
+    /// Of α per band; 0 where the material is black.
+    by_band: Vec<f64>,
+}
+
+impl Step {
+    /// The material and its bands in which two standard uncertainties reach beyond 0 or 1; none where none does.
+    fn reach(&self, materials: &[Material], centers: &[f64]) -> Option<String> {
+        let Material { name, absorption, .. } = &materials[self.material];
+        let bands = absorption.iter().zip(&self.uncertainty).zip(&self.by_band).zip(centers);
+        let far = bands.filter(|(((alpha, u), step), _)| {
+            **step > 0.0 && (**alpha < REACH * **u || 1.0 - **alpha < REACH * **u)
+        });
+        let far: Vec<String> = far.map(|(_, center)| center.to_string()).collect();
+        (!far.is_empty()).then(|| format!("\"{name}\" at {} Hz", far.join(", ")))
+    }
+
+    fn applied(&self, materials: &[Material]) -> Vec<Material> {
+        let mut changed = materials.to_vec();
+        for (value, step) in changed[self.material].absorption.iter_mut().zip(&self.by_band) {
+            *value += step;
+        }
+        changed
+    }
+}
+
+fn steps(uncertainties: &[Vec<f64>], materials: &[Material]) -> Vec<Step> {
+    let of = |(index, uncertainty): (usize, &Vec<f64>)| {
+        let most = uncertainty.iter().fold(0.0_f64, |most, u| most.max(*u));
+        if most <= 0.0 {
+            return None;
+        }
+        let share = STEP / most;
+        let by_band = uncertainty.iter().zip(&materials[index].absorption);
+        // A black surface reflects nothing that could be weighed anew.
+        let by_band = by_band.map(|(u, absorption)| if *absorption < 1.0 - STEP { share * u } else { 0.0 });
+        Some(Step { material: index, uncertainty: uncertainty.clone(), share, by_band: by_band.collect() })
+    };
+    uncertainties.iter().enumerate().filter_map(of).collect()
+}
+
+/// Standard uncertainty of every material per band; 0 where none is given.
+fn uncertainties(given: &[AbsorptionUncertainty], scene: &Scene) -> Result<Vec<Vec<f64>>> {
+    let bands = scene.bands.count();
+    let mut found = vec![None; scene.materials.len()];
+    let mut of_others = None;
+    let mut problems = Vec::new();
+    for AbsorptionUncertainty { material, uncertainty, is_relative } in given {
+        let numbers = match uncertainty {
+            Coefficients::Uniform(number) => vec![*number; bands],
+            Coefficients::PerBand(numbers) => numbers.clone(),
+        };
+        let whose =
+            material.as_ref().map_or_else(|| "all materials".to_owned(), |name| format!("\"{name}\""));
+        if numbers.len() != bands {
+            problems.push(format!("{} uncertainties of {whose}: the scene has {bands} bands", numbers.len()));
+            continue;
+        }
+        if let Some(wrong) = numbers.iter().find(|number| !RANGE.contains(number)) {
+            problems.push(format!("uncertainty {wrong} of {whose} is outside 0 … 0.5"));
+        }
+        let place = match material {
+            None => &mut of_others,
+            Some(name) => match scene.materials.iter().position(|material| material.name == *name) {
+                Some(index) => &mut found[index],
+                None => {
+                    let names: Vec<&str> =
+                        scene.materials.iter().map(|material| material.name.as_str()).collect();
+                    problems.push(format!("the scene has no material {whose}; it has {}", names.join(", ")));
+                    continue;
+                }
+            },
+        };
+        if place.replace((numbers, *is_relative)).is_some() {
+            problems.push(format!("the uncertainty of {whose} is given twice"));
+        }
+    }
+    if !problems.is_empty() {
+        return Err(Error::Options(problems));
+    }
+    let of_others = of_others.unwrap_or_else(|| (vec![0.0; bands], false));
+    let stated = found.into_iter().map(|own| own.unwrap_or_else(|| of_others.clone()));
+    let absolute = |((numbers, is_relative), material): ((Vec<f64>, bool), &Material)| {
+        let absorption = material.absorption.iter().map(|alpha| if is_relative { *alpha } else { 1.0 });
+        numbers.iter().zip(absorption).map(|(number, by)| number * by).collect()
+    };
+    Ok(stated.zip(&scene.materials).map(absolute).collect())
+}
+
+/// Settings that `response` was rendered with, for a map of `times` its bands.
+fn settings(response: &Echograms, times: usize) -> RenderSettings {
+    let options = &response.metadata["options"];
+    let attenuation: Vec<f64> =
+        options["air_attenuation"].as_array().into_iter().flatten().filter_map(Value::as_f64).collect();
+    let estimator = Estimator::COMPARABLE.into_iter().find(|known| options["estimator"] == known.name());
+    let standard = RenderSettings::of(estimator.unwrap_or(Estimator::Auto));
+    RenderSettings {
+        rays: options["rays"].as_u64().and_then(|rays| u32::try_from(rays).ok()).filter(|rays| *rays > 0),
+        gather_radius: options["radius_m"].as_f64(),
+        seed: response.metadata["seed"].as_u64(),
+        bin: options["bin_s"].as_f64().unwrap_or(standard.bin),
+        mirror_order: options["order"].as_u64().and_then(|order| u32::try_from(order).ok()),
+        air: if attenuation.len() == response.bands() {
+            Attenuation::Attenuation(attenuation.repeat(times))
+        } else {
+            Attenuation::OfScene
+        },
+        directions: response.directions.is_some(),
+        ..standard
+    }
+}
+
+/// The receivers of `response`.
+fn receivers(response: &Echograms) -> Vec<ReceiverPoint> {
+    let points = response.receiver_names.iter().zip(&response.receiver_positions).enumerate();
+    points
+        .map(|(index, (name, position))| {
+            let directivity = response.receiver_directivities.get(index);
+            let sensitivity = directivity.and_then(|found| {
+                Some(Sensitivity { pattern: found.name.parse().ok()?, aim: found.aim.into() })
+            });
+            ReceiverPoint {
+                name: name.clone(),
+                position: (*position).into(),
+                sensitivity: sensitivity.unwrap_or(Sensitivity::OMNI),
+            }
+        })
+        .collect()
+}

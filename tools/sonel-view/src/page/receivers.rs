@@ -1,0 +1,157 @@
+//! What every receiver has: tables over the bands, and maps where receivers lie close.
+
+use sonel_analysis::average::single_number;
+use sonel_analysis::comparison::Pairing;
+use sonel_analysis::receiver::BandParameters;
+use sonel_analysis::report::{Column, beside_blocks};
+use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
+use sonel_drawing::plot::{self, Axis, Place, Plan, Plans, Section, Sheet};
+use sonel_geometry::section;
+
+use super::document::Document;
+use super::sections::{cell, just_noticeable_of};
+use super::{Subject, Traced};
+
+/// Pairs of source and receiver with tables of their own: each takes some 3 kB of the page.
+const MOST_TABLES: usize = 500;
+/// Receivers below which a map is dots that a table says better.
+const LEAST_MAPPED: usize = 12;
+/// Receivers up to which the page has maps: each takes 0.1 kB in every map.
+const MOST_MAPPED: usize = 5000;
+/// Where no map says otherwise, z is up.
+const USUAL_UP: usize = 2;
+
+/// Tables over the bands of every source at every receiver, folded; several responses side by side.
+pub fn tables(page: &mut Document, subjects: &[Subject]) {
+    page.section("Over frequency, in numbers");
+    let columns: Vec<Column> = subjects
+        .iter()
+        .map(|subject| Column {
+            name: subject.name.clone(),
+            parameters: subject.parameters.clone(),
+            pairing: Pairing::of(&subjects[0].echograms().metadata, &subject.echograms().metadata),
+        })
+        .collect();
+    let mut left_out = 0;
+    if let [column] = &columns[..] {
+        for receiver in column.parameters.iter().take(MOST_TABLES) {
+            let (head, rows) = over_bands(receiver);
+            page.folded(&format!("{} → {}", receiver.source, receiver.name), &head, &rows);
+        }
+        left_out = column.parameters.len().saturating_sub(MOST_TABLES);
+    } else {
+        let blocks = beside_blocks(&columns, false, &mut |value, factor| cell(value, factor));
+        left_out += blocks.len().saturating_sub(MOST_TABLES);
+        for block in blocks.into_iter().take(MOST_TABLES) {
+            let receiver = block.receiver.unwrap_or_default();
+            page.folded(&format!("{} → {receiver}", block.source), &block.head, &block.rows);
+        }
+    }
+    if left_out > 0 {
+        page.text(&format!("Tables of {left_out} more pairs of source and receiver are left out: sonel-analyze parameters prints them."));
+    }
+    page.note(
+        "± half of the 95 % interval. Of differences: (0) not beyond the noise of the simulation, * at least one just-noticeable difference (JND).",
+    );
+}
+
+/// Bands, single numbers and just-noticeable differences of one receiver.
+fn over_bands(receiver: &ReceiverParameters) -> (Vec<String>, Vec<Vec<String>>) {
+    let parameters: Vec<Parameter> =
+        receiver.bands.first().into_iter().flat_map(BandParameters::parameters).collect();
+    let headings = parameters.iter().map(|parameter| {
+        let (symbol, unit, _) = parameter.heading();
+        format!("{symbol} [{unit}]")
+    });
+    let head = std::iter::once("f [Hz]".to_owned()).chain(headings).collect();
+    let row = |name: String, of: &dyn Fn(Parameter) -> ParameterValue| -> Vec<String> {
+        let cells = parameters.iter().map(|&parameter| cell(&of(parameter), parameter.heading().2));
+        std::iter::once(name).chain(cells).collect()
+    };
+    let bands = receiver.bands.iter();
+    let mut rows: Vec<Vec<String>> = bands
+        .map(|band| row(band.center_frequency_hz.to_string(), &|parameter| band.parameter(parameter).clone()))
+        .collect();
+    rows.push(row("single".to_owned(), &|parameter| single_number(receiver, parameter)));
+    let noticed = parameters.iter().map(|parameter| just_noticeable_of(*parameter));
+    rows.push(std::iter::once("JND".to_owned()).chain(noticed).collect());
+    (head, rows)
+}
+
+/// Single numbers in colours over the room, of every source, where receivers are a grid or an audience.
+pub fn maps(page: &mut Document, subjects: &[Subject], map: Option<Traced<'_>>) {
+    let count = |subject: &Subject| subject.echograms().receivers();
+    let is_mapped = |subject: &&Subject| (LEAST_MAPPED..=MOST_MAPPED).contains(&count(subject));
+    let mapped: Vec<&Subject> = subjects.iter().filter(is_mapped).collect();
+    if mapped.is_empty() {
+        return;
+    }
+    page.section("Maps");
+    let mut sources: Vec<&String> = Vec::new();
+    for source in mapped.iter().flat_map(|subject| &subject.echograms().source_names) {
+        if !sources.contains(&source) {
+            sources.push(source);
+        }
+    }
+    let speech = |receiver: &ReceiverParameters| receiver.speech_transmission_index.clone();
+    for source in sources {
+        for parameter in [Parameter::Strength, Parameter::T30, Parameter::ClarityC80] {
+            let of = |receiver: &ReceiverParameters| single_number(receiver, parameter);
+            figure(page, &mapped, map, source, parameter.heading(), &of);
+        }
+        figure(page, &mapped, map, source, ("STI", "", 1.0), &speech);
+    }
+    page.note("Single numbers. A cell reaches halfway to the next receiver; grey: no value. The cross is the source.");
+}
+
+fn figure(
+    page: &mut Document,
+    subjects: &[&Subject],
+    map: Option<Traced<'_>>,
+    source: &str,
+    (symbol, unit, factor): (&str, &str, f64),
+    of: &dyn Fn(&ReceiverParameters) -> ParameterValue,
+) {
+    let plans: Vec<Plan> =
+        subjects.iter().filter_map(|subject| plan(subject, map, source, (symbol, factor), of)).collect();
+    if plans.is_empty() || plans.iter().all(|plan| plan.spots.iter().all(|spot| spot.value.is_none())) {
+        return;
+    }
+    let label = if unit.is_empty() { symbol.to_owned() } else { format!("{symbol} [{unit}]") };
+    let plans = Plans { scale: Axis::linear(label), each: plans };
+    let mut drawn = Vec::new();
+    // Writing to memory cannot fail; a drawing that does is left out, its numbers are in the tables.
+    let sheet = Sheet { plans: Some(plans), ..Sheet::default() };
+    if plot::svg(&sheet, &mut drawn).is_ok() {
+        page.drawing(&format!("{symbol} of {source}"), &String::from_utf8_lossy(&drawn));
+    }
+}
+
+fn plan(
+    subject: &Subject,
+    map: Option<Traced<'_>>,
+    source: &str,
+    (symbol, factor): (&str, f64),
+    of: &dyn Fn(&ReceiverParameters) -> ParameterValue,
+) -> Option<Plan> {
+    let echograms = subject.echograms();
+    let index = echograms.source_names.iter().position(|name| name == source)?;
+    let positions = &echograms.receiver_positions;
+    let own = subject.parameters.iter().filter(|receiver| receiver.source == source);
+    let places: Vec<Place> = own
+        .map(|receiver| Place {
+            position: receiver.position,
+            value: of(receiver).ok().map(|estimate| factor * estimate.value),
+        })
+        .collect();
+    let scene = map.map(|map| &map.map.header().scene);
+    let up = scene.map_or(USUAL_UP, |scene| scene.up.abs().max_position());
+    let plane = Section::of(positions, up);
+    let mut plan = plane.plan(format!("{symbol}: {}", subject.name), &places);
+    plan.sources = vec![plane.flat(echograms.source_positions[index])];
+    if let Some(scene) = scene {
+        let lines = section(&scene.mesh, plane.normal, plane.offset);
+        plan.walls = lines.iter().map(|ends| ends.map(|end| plane.flat(end.to_array()))).collect();
+    }
+    Some(plan)
+}
