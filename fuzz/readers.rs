@@ -91,6 +91,9 @@ fn response(bytes: &[u8]) -> bool {
 fn recording(bytes: &[u8]) -> bool {
     let Ok(recording) = sonel_sound::Recording::read(bytes) else { return false };
     assert!(recording.channels.iter().flatten().all(|sample| sample.is_finite()));
+    if let Ok(response) = sonel_sound::measured::response(&recording, "seat") {
+        let _ = sonel_analysis::parameters(&response);
+    }
     true
 }
 

@@ -50,6 +50,24 @@ pub enum SoundError {
         /// Its name.
         receiver: String,
     },
+    /// A measured impulse response of a sample rate that holds no octave.
+    #[error(
+        "the sample rate is {sample_rate_hz} Hz, too low for the octave of 63 Hz: use a recording of 180 Hz or more"
+    )]
+    NoOctave {
+        /// Samples per second.
+        sample_rate_hz: u32,
+    },
+    /// A measured impulse response that is too long.
+    #[error(
+        "the impulse response lasts {seconds:.0} s after its onset, at most {longest} s are read: cut it"
+    )]
+    Long {
+        /// Length [s].
+        seconds: f64,
+        /// Longest that is read [s].
+        longest: f64,
+    },
     /// The file is no WAV file, a damaged one, or of a coding that is not read.
     #[error("this is not a WAV file of integer or float samples, or it is damaged: {0}")]
     Wav(hound::Error),

@@ -19,6 +19,8 @@ const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 80
 const ONSET: f64 = 0.1;
 /// Width of a bin [s].
 const BIN: f64 = 1e-3;
+/// Longest record after the onset [s]: no room decays for minutes.
+const LONGEST: f64 = 600.0;
 /// Bins of the first averages of Lundeby's iteration: 30 ms.
 const FIRST_AVERAGE: usize = 30;
 /// Part of the record in which the first estimate of the noise is taken.
@@ -42,22 +44,30 @@ const IMPEDANCE: f64 = 400.0;
 /// metadata have under `measured` the level of the decay curve at which each octave meets its noise.
 ///
 /// # Errors
-/// When it is silent, or too short for any octave.
+/// When it is silent, too short for any octave, longer than ten minutes, or its sample rate holds no octave.
 pub fn response(recording: &Recording, receiver: &str) -> Result<Response, SoundError> {
     let rate = f64::from(recording.sample_rate_hz);
     let samples = recording.channels.first().ok_or(SoundError::Empty)?;
     let largest = samples.iter().fold(0.0_f32, |largest, sample| largest.max(sample.abs()));
     let is_onset = |sample: &f32| f64::from(sample.abs()) >= ONSET * f64::from(largest);
     let onset = samples.iter().position(is_onset).filter(|_| largest > 0.0).ok_or(SoundError::Silent)?;
-    let count = ((samples.len() - onset) as f64 / rate / BIN) as usize;
+    let seconds = (samples.len() - onset) as f64 / rate;
+    let count = (seconds / BIN) as usize;
     if count < 4 * FIRST_AVERAGE {
-        return Err(SoundError::Short { seconds: (samples.len() - onset) as f64 / rate });
+        return Err(SoundError::Short { seconds });
+    }
+    if seconds > LONGEST {
+        return Err(SoundError::Long { seconds, longest: LONGEST });
+    }
+    let is_held = |center: &f64| center * std::f64::consts::SQRT_2 <= 0.5 * rate;
+    if !is_held(&OCTAVES[0]) {
+        return Err(SoundError::NoOctave { sample_rate_hz: recording.sample_rate_hz });
     }
     let bank = FilterBank::new(samples, rate);
     let border = |bin: usize| onset + (bin as f64 * BIN * rate).round() as usize;
     let mut centers = Vec::new();
     let (mut energy, mut reached_db) = (Vec::new(), Vec::new());
-    for center in OCTAVES.into_iter().filter(|center| center * std::f64::consts::SQRT_2 <= 0.5 * rate) {
+    for center in OCTAVES.into_iter().filter(is_held) {
         let filtered = bank.octave(center);
         let sum = |from: usize, to: usize| filtered[from..to].iter().map(|p| p * p).sum::<f64>();
         let mut bins: Vec<f64> =
@@ -199,6 +209,17 @@ mod tests {
         };
         let count = (2.5 * f64::from(RATE)) as usize;
         Recording { sample_rate_hz: RATE, channels: vec![(0..count).map(sample).collect()] }
+    }
+
+    #[test]
+    fn records_of_no_octave_or_of_hours_are_refused() {
+        let of = |sample_rate_hz, count| {
+            response(&Recording { sample_rate_hz, channels: vec![vec![0.5; count]] }, "seat")
+        };
+        assert!(matches!(of(177, 2000), Err(SoundError::NoOctave { sample_rate_hz: 177 })));
+        assert_eq!(of(180, 2000).unwrap().center_frequency_hz, [63.0]);
+        assert!(matches!(of(180, 200_000), Err(SoundError::Long { .. })));
+        assert!(matches!(of(180, 18), Err(SoundError::Short { .. })));
     }
 
     /// The noise of a record of octaves of B Hz spreads the reverberation time by about 1/√(B T): 3 standard errors at 1000 Hz are 8 %.

@@ -23,8 +23,15 @@ impl Recording {
     pub fn read(input: impl Read) -> Result<Self, SoundError> {
         let mut reader = WavReader::new(input)?;
         let WavSpec { channels, sample_rate, bits_per_sample, sample_format } = reader.spec();
+        if sample_rate == 0 {
+            return Err(hound::Error::FormatError("a sample rate of 0 Hz").into());
+        }
         let samples: Vec<f32> = match sample_format {
             SampleFormat::Float => reader.samples::<f32>().collect::<Result<_, _>>()?,
+            // Files without samples are read whatever their bits are.
+            SampleFormat::Int if !(1..=32).contains(&bits_per_sample) => {
+                return Err(hound::Error::Unsupported.into());
+            }
             SampleFormat::Int => {
                 let scale = 1.0 / (1_u64 << (bits_per_sample - 1)) as f32;
                 reader
@@ -95,6 +102,20 @@ mod tests {
     use super::*;
     use hound::WavWriter;
     use std::io::Cursor;
+
+    #[test]
+    fn bits_and_rates_that_no_file_has_are_refused() {
+        let header = |rate: u32, bits: u16| {
+            let block = [rate.to_le_bytes(), (4 * rate).to_le_bytes()].concat();
+            let tail = [4_u16.to_le_bytes(), bits.to_le_bytes()].concat();
+            [&b"RIFF\x24\0\0\0WAVEfmt \x10\0\0\0\x01\0\x01\0"[..], &block, &tail, b"data\0\0\0\0"].concat()
+        };
+        assert!(matches!(Recording::read(&header(48_000, 32)[..]), Err(SoundError::Empty)));
+        for (rate, bits) in [(48_000, 0), (48_000, 8192), (0, 32)] {
+            let refused = Recording::read(&header(rate, bits)[..]);
+            assert!(matches!(refused, Err(SoundError::Wav(_))), "{rate} {bits}: {refused:?}");
+        }
+    }
 
     #[test]
     fn what_is_written_is_read_back_to_the_bit() {
