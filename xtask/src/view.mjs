@@ -1,9 +1,9 @@
-// Drives the page of sonel-view in a real browser as a user does: node view.mjs PROGRAM FILE FOLDER.
+// Drives the page of sonel-view in a real browser as a user does, and measures a frozen page: node view.mjs PROGRAM FILE FOLDER PAGE.
 // Prints what it measured as JSON; fails where a script fails or the page does not do what it says.
 import { chromium } from "playwright-core";
 import { spawn } from "node:child_process";
 
-const [program, file, folder] = process.argv.slice(2);
+const [program, file, folder, report] = process.argv.slice(2);
 const PATIENCE = { timeout: 60000 };
 const server = spawn(program, [file, "--no-open", "--quiet"]);
 const address = await new Promise((found) => {
@@ -120,6 +120,9 @@ try {
   check(await page.evaluate(() => document.documentElement.scrollWidth <= 400), "nothing is wider than a narrow screen");
   await page.screenshot({ path: `${folder}/narrow.png`, fullPage: true });
   await page.pdf({ path: `${folder}/page.pdf`, preferCSSPageSize: true, printBackground: true });
+  await page.goto(`file://${report}`);
+  await page.waitForTimeout(1000);
+  check(await page.evaluate(() => document.documentElement.scrollWidth <= 400), "nothing of a report is wider than a narrow screen");
   check(!failures.length, `scripts fail: ${failures.join("; ")}`);
   console.log(JSON.stringify(measured));
 } finally {

@@ -27,6 +27,7 @@ pub fn accept() -> Result<Option<&'static str>> {
     fs::copy(workspace::root().join("xtask/src/view.mjs"), folder.join("view.mjs"))?;
     let mut install = workspace::command("npm", &["install", "--silent", "playwright-core@1", "--prefix"]);
     printed(install.arg(&folder))?;
+    report(&programs, &folder)?;
     for scene in SCENES {
         driven(&programs, &folder, scene)?;
     }
@@ -48,6 +49,16 @@ fn frozen(programs: &Path, folder: &Path) -> Result<()> {
     fs::write(&broken, source.replace("Plotly.react(id", "Nothing.react(id"))?;
     ensure!(opened(&broken).is_err(), "a failing script goes unnoticed");
     println!("frozen page: {drawn} charts, no script fails");
+    Ok(())
+}
+
+/// Writes the page of a room with several receivers, targets and long names.
+fn report(programs: &Path, folder: &Path) -> Result<()> {
+    let scene = workspace::root().join("scenes/classroom/scene.toml").display().to_string();
+    let page = folder.join("report.html").display().to_string();
+    let words = [&scene, "--packets", "2000", "--quiet", "--output", &page, "--target", "din18041-a3"];
+    let head = ["--project", "School in the old town, room 12", "--author", "Studio", "--revision", "1"];
+    printed(Command::new(programs.join("sonel-view")).args(words).args(head))?;
     Ok(())
 }
 
@@ -73,7 +84,8 @@ fn driven(programs: &Path, folder: &Path, scene: &str) -> Result<()> {
         fs::copy(entry.path(), own.join(entry.file_name()))?;
     }
     let mut drive = Command::new("node");
-    drive.args([folder.join("view.mjs"), programs.join("sonel-view"), own.join("scene.toml"), own]);
+    let page = folder.join("report.html");
+    drive.args([folder.join("view.mjs"), programs.join("sonel-view"), own.join("scene.toml"), own, page]);
     let measured: Value = serde_json::from_str(&printed(&mut drive)?)?;
     let mut output = String::new();
     for command in measured["commands"].as_array().context("no commands")? {

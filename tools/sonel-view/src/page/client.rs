@@ -12,18 +12,13 @@ use super::document::Document;
 use super::sections::{MOST_ROWS, cell, single};
 use super::{Head, Subject, Traced, charts, uncertainty};
 
-/// Project, author, date and version, as they were given.
+/// Author, date and version, as they were given; the project is the title.
 pub fn head(page: &mut Document, head: &Head) {
-    let given = [
-        ("Project", &head.project),
-        ("Author", &head.author),
-        ("Date", &head.date),
-        ("Version", &head.revision),
-    ];
-    let rows: Vec<Vec<String>> =
-        given.into_iter().filter_map(|(what, text)| Some(vec![what.to_owned(), text.clone()?])).collect();
-    if !rows.is_empty() {
-        page.table("long", &[], &rows);
+    let given = [("Author: ", &head.author), ("", &head.date), ("Version ", &head.revision)];
+    let parts: Vec<String> =
+        given.into_iter().filter_map(|(what, text)| Some(format!("{what}{}", text.as_ref()?))).collect();
+    if !parts.is_empty() {
+        page.head(&parts.join(" · "));
     }
 }
 

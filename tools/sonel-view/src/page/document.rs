@@ -21,6 +21,8 @@ const VIEW: &str = include_str!("../../assets/view.html");
 /// A page being written.
 pub struct Document {
     title: String,
+    /// What stands below the title.
+    head: String,
     body: String,
     contents: String,
     charts: usize,
@@ -51,7 +53,12 @@ impl Document {
     /// A page whose scripts show the room and the pairs of `shown`.
     pub fn new(title: &str, shown: &Value) -> Self {
         let (title, shown) = (escaped(title), scripted(shown));
-        Self { title, shown, body: String::new(), contents: String::new(), charts: 0 }
+        Self { title, head: String::new(), shown, body: String::new(), contents: String::new(), charts: 0 }
+    }
+
+    /// Sets the line below the title.
+    pub fn head(&mut self, text: &str) {
+        self.head = format!("<p>{}</p>\n", escaped(text));
     }
 
     /// Begins a section.
@@ -142,13 +149,13 @@ impl Document {
 
     /// The whole document.
     pub fn finish(self) -> String {
-        let Self { title, body, contents, shown, .. } = self;
+        let Self { title, head, body, contents, shown, .. } = self;
         let (libraries, scripts) = (LIBRARIES.join("\n"), SCRIPTS.join("\n"));
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"generator\" content=\"sonel-view\">\
              <meta name=\"viewport\" content=\"width=device-width\">\
              <title>{title}</title>\n<style>{STYLE}</style>\n<script>{libraries}</script>\n<script>{scripts}</script></head>\n\
-             <body><h1>{title}</h1>\n<nav><a href=\"#view\">Room</a>{contents}</nav>\n{VIEW}\n{body}\
+             <body><h1>{title}</h1>\n{head}<nav><a href=\"#view\">Room</a>{contents}</nav>\n{VIEW}\n{body}\
              <script type=\"application/json\" id=\"content\">{shown}</script>\n<script>start()</script></body></html>\n"
         )
     }
