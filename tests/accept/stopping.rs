@@ -85,16 +85,16 @@ fn default_run(scene: &sonel::Scene, seed: u64) -> (u64, Vec<Option<[f64; 2]>>) 
     (map.sonels().header().settings.emissions, rows.iter().flat_map(of).collect())
 }
 
-/// The number of packets follows from what the first ones say: in the coupled rooms of the door it differs between seeds.
+/// The number of packets follows from what the first ones say, and differs between seeds.
 #[test]
 fn intervals_of_default_runs_cover_nine_tenths() {
-    for (name, seeds, differ) in [("shoebox", 100, false), ("coupled-door", 60, true)] {
+    for (name, seeds) in [("shoebox", 100), ("coupled-door", 60)] {
         let path = format!("{}/../scenes/{name}/scene.toml", env!("CARGO_MANIFEST_DIR"));
         let scene = sonel::Scene::load(path, &sonel::Silent).expect("a shipped scene");
         let runs: Vec<_> = (1..=seeds).map(|seed| default_run(&scene, seed)).collect();
         let numbers: std::collections::BTreeSet<u64> = runs.iter().map(|(packets, _)| *packets).collect();
         println!("{name}: {numbers:?} packets");
-        assert_eq!(numbers.len() > 1, differ, "{numbers:?}");
+        assert!(numbers.len() > 1, "runs of one length are no test of choosing it: {numbers:?}");
         let (mut covered, mut halves, mut all) = (0, 0, 0);
         for at in 0..runs[0].1.len() {
             let values: Vec<[f64; 2]> = runs.iter().filter_map(|(_, found)| found[at]).collect();

@@ -179,7 +179,7 @@ fn files_hold_what_was_saved_and_changes_leave_the_map_alone() {
     let path = folder.path("room.npz");
     before.save(&path).expect("a file");
     let read = Response::open(&path).expect("a response");
-    assert!(read.echograms() == before.echograms() && read.surroundings().up.is_none());
+    assert!(read.echograms() == before.echograms() && read.surroundings() == before.surroundings());
     let levels = read.parameters();
     let (level, half_width) = levels.array(Parameter::Level)[4];
     let estimate = levels.value(Parameter::Level, 0, 0, 4).as_ref().expect("a level");
