@@ -45,7 +45,8 @@ function show(pair) {
 
 function showWays() {
   const choice = byId("ways").value, most = { none: -1, all: Infinity }[choice] ?? Number(choice);
-  view.showWays(shown.pair?.ways ?? [], most);
+  const whole = ({ at, sourceAt, ways }) => ways.map((way) => ({ ...way, corners: [at, ...way.corners, sourceAt] }));
+  view.showWays(shown.pair ? whole(shown.pair) : [], most);
 }
 
 // The point of a delay in the chart of early reflections.

@@ -39,5 +39,6 @@ function drawChart(id, chart) {
     font: { color: ink, size: 12 }, margin: { ...chart.layout.margin, b: 100 },
     legend: { orientation: "h", y: -0.3, yanchor: "top", font: { size: 11 } },
     xaxis: axis(chart.layout.xaxis), yaxis: axis(chart.layout.yaxis) };
+  for (const trace of chart.data) if (typeof trace.x === "number") trace.x = chart.data[trace.x].x;
   return Plotly.react(id, chart.data, layout, { responsive: true, displaylogo: false, displayModeBar: false });
 }

@@ -20,13 +20,26 @@ pub fn color(index: usize) -> &'static str {
 pub fn of(panel: &Panel) -> Value {
     // Just below what is shown.
     let floor = panel.y.range.map_or(f64::MIN, |[low, high]| low - 0.1 * (high - low));
-    let data: Vec<Value> = panel
+    let mut data: Vec<Value> = panel
         .series
         .iter()
         .enumerate()
         .flat_map(|(index, series)| traces(series, color(index), floor))
         .collect();
+    share_abscissas(&mut data);
     json!({ "data": data, "layout": layout(&panel.title, axis(&panel.x), axis(&panel.y)) })
+}
+
+/// Puts the number of an earlier trace in place of abscissas that are the same; `drawChart` puts them back.
+fn share_abscissas(data: &mut [Value]) {
+    for at in 1..data.len() {
+        let (earlier, later) = data.split_at_mut(at);
+        let own = &later[0]["x"];
+        let same = |trace: &Value| own.is_array() && trace["x"] == *own;
+        if let Some(first) = earlier.iter().position(same) {
+            later[0]["x"] = json!(first);
+        }
+    }
 }
 
 /// A layout with two axes.

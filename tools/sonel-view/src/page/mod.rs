@@ -29,7 +29,7 @@ use sonel_study::criteria::Criterion;
 
 use document::Document;
 
-/// Pairs of source and receiver with curves of their own: each takes 0.2 MB of the file.
+/// Pairs of source and receiver with curves of their own: each takes 0.1 MB of the file.
 pub const MOST_PAIRS: usize = 48;
 
 /// A response with its parameters.

@@ -20,13 +20,19 @@ struct Way {
     corners: Vec<DVec3>,
 }
 
-/// Ways of the early reflections of source and receiver, the receiver first.
+/// A coordinate in metres, as exact as a line on a screen.
+fn centimetres(value: f64) -> f64 {
+    (value * 100.0).round() / 100.0
+}
+
+/// Ways of the early reflections of source and receiver: corners between them, the nearest to the receiver first.
 pub fn json(response: &Response, walls: &Geometry, pair: (usize, usize)) -> Vec<Value> {
     let ways = ways(response, walls, pair).into_iter();
     ways.map(|Way { arrival: Arrival { order, over_edge, delay_ms, strength_db, .. }, corners }| {
         json!({
             "order": order, "class": plot::class_name(order, over_edge), "delay": rounded(delay_ms),
-            "strength": rounded(strength_db), "corners": corners.iter().map(|at| at.to_array().map(rounded)).collect::<Vec<_>>(),
+            "strength": rounded(strength_db),
+            "corners": corners[1..corners.len() - 1].iter().map(|at| at.to_array().map(centimetres)).collect::<Vec<_>>(),
         })
     })
     .collect()
