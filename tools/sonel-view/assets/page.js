@@ -213,7 +213,7 @@ async function follow() {
     }
     if (state.failure !== shown.failure) {
       shown.failure = state.failure;
-      if (state.failure) say(state.failure, true);
+      if (state.failure) refuse(state.failure);
       shown.tracedChanges = null;
     }
     if (state.maps !== shown.maps) {
@@ -247,7 +247,14 @@ async function trace(sources) {
     await server.ask("trace", { sources, changes });
     [shown.failure, shown.tracedChanges] = [null, changes];
     byId("retrace").hidden = true;
-  } catch (error) { say(error.message, true); }
+  } catch (error) { refuse(error.message); }
+}
+
+// A source that was dragged is again where the map has it.
+function refuse(message) {
+  view.spots();
+  view.moveListener(shown.listener);
+  say(message, true);
 }
 
 function compare() {
