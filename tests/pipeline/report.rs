@@ -1,6 +1,9 @@
 //! A report is one file with the parameters of `parameters`, whatever names its scene bears.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use clap::Parser;
+use flate2::read::GzDecoder;
 use serde_json::Value;
 use sonel_testkit::test_folder::TestFolder;
 
@@ -38,8 +41,7 @@ fn a_report_needs_no_network_and_has_the_figures_of_parameters() {
     assert!(page.len() < 15_000_000);
     let own = &page[page.find("<body>").unwrap()..];
     assert!(!page.contains("<script src") && !page.contains("<link"));
-    let parameters: Value =
-        serde_json::from_str(between(own, "id=\"figures\">", "</script>")).expect("JSON in the page");
+    let parameters = unpacked(&page, "figures");
     let expected: Value =
         serde_json::from_str(&analyze(&folder, &["parameters", "a.npz", "--format", "json"]).unwrap())
             .unwrap();
@@ -57,7 +59,13 @@ fn a_report_needs_no_network_and_has_the_figures_of_parameters() {
 
 /// What the scripts of a page show.
 fn content(page: &str) -> Value {
-    serde_json::from_str(between(page, "id=\"content\">", "</script>")).expect("JSON in the page")
+    unpacked(page, "content")
+}
+
+fn unpacked(page: &str, id: &str) -> Value {
+    let packed = between(page, &format!("id=\"{id}\">"), "</script>");
+    let packed = STANDARD.decode(packed).expect("base64 in the page");
+    serde_json::from_reader(GzDecoder::new(&packed[..])).expect("JSON in the page")
 }
 
 /// Numbers of reflections of the ways of the first pair.

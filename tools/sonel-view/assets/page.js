@@ -3,8 +3,10 @@
 const shown = { pair: null, kept: null, changes: {}, listener: null, source: 0, maps: 0, steps: [], map: null };
 let view, server, hearing;
 
-function start() {
-  const { room, pairs, live } = JSON.parse(byId("content").textContent);
+async function start() {
+  document.head.append(make("script", await unpacked("libraries")));
+  const { room, pairs, charts, live } = JSON.parse(await unpacked("content"));
+  charts.forEach((chart, index) => drawChart(`chart${index}`, chart));
   shown.room = room;
   if (live) {
     document.body.classList.add("served");

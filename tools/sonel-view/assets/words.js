@@ -7,6 +7,11 @@ const make = (tag, text, kind) => {
   if (kind) element.className = kind;
   return element;
 };
+// What the file holds packed: gzip in base64.
+async function unpacked(id) {
+  const bytes = Uint8Array.from(atob(byId(id).textContent), (letter) => letter.charCodeAt(0));
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
+}
 // Decimals that show the first digit of a half-width, and the second where the first is 1.
 function decimals(half) {
   if (!(half > 0)) return 2;

@@ -89,9 +89,9 @@ fn at(x: &[f64], mut trace: Value) -> Value {
     trace
 }
 
-/// An ordinate: a hundredth of what has two digits before the point is more than a screen shows.
+/// An ordinate of a line: of what has two digits before the point, a screen shows no hundredths.
 fn ordinate(value: f64) -> Value {
-    if value.abs() < 10.0 { rounded(value) } else { json!((value * 1e2).round() / 1e2) }
+    if value.abs() < 10.0 { rounded(value) } else { json!((value * 10.0).round() / 10.0) }
 }
 
 fn traces(series: &Series, color: &str, floor: f64) -> Vec<Value> {
