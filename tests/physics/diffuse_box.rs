@@ -61,6 +61,7 @@ fn steady_state_at_the_receiver() {
 }
 
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn irradiance_of_every_wall() {
     let traced = traced(ABSORPTION);
     let layout = traced.map.layout();

@@ -106,6 +106,32 @@ fn bands_below_the_schroeder_frequency_are_named() {
     assert_eq!(ModalBands::of(&parameters(&response), 10.0 * volume), None);
 }
 
+/// Noise is stated from 125 Hz on, the first band of the room is 63 Hz.
+#[test]
+fn speech_in_noise_is_listed_though_the_first_band_has_none() {
+    let folder = small_box(0.5);
+    trace(&folder, "a.sonelmap", &["--packets", "2k"]).unwrap();
+    render(&folder, "a.sonelmap", "a.npz", &[]).unwrap();
+    let ask = |options: &[&str]| {
+        let path = folder.path("a.npz").display().to_string();
+        let line = [&["sonel-analyze", "parameters", &path, "--noise", "NR-35"], options].concat();
+        let arguments = sonel_analyze::Arguments::try_parse_from(line).unwrap();
+        printed(|out| sonel_analyze::run(&arguments, out, &mut Vec::new())).unwrap()
+    };
+    assert!(ask(&[]).contains("U50 [dB]") && ask(&["--mean"]).contains("U50 [dB]"), "{}", ask(&[]));
+    let json: serde_json::Value = serde_json::from_str(&ask(&["--format", "json"])).unwrap();
+    let bands = json["receivers"][0]["bands"].as_array().unwrap();
+    assert!(
+        bands[0]["useful_to_detrimental_u50_db"].is_null()
+            && bands[1]["useful_to_detrimental_u50_db"]["value"].is_number(),
+        "{json:#}"
+    );
+    assert!(
+        json["receivers"][0]["single_numbers"]["useful_to_detrimental_u50_db"]["value"].is_number(),
+        "{json:#}"
+    );
+}
+
 /// Image sources alone: no noise at all.
 #[test]
 fn mirror_box() {

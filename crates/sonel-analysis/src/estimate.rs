@@ -337,12 +337,12 @@ pub enum Unsupported {
         found: usize,
     },
     /// Speech stays intelligible.
-    #[error(
-        "the regression line of the speech transmission index does not fall through {index:.2} at any distance"
-    )]
+    #[error("the regression line of {of_what} does not fall through {value} at any distance")]
     NotFalling {
-        /// The index looked for.
-        index: f64,
+        /// Whose line it is.
+        of_what: &'static str,
+        /// The value looked for.
+        value: f64,
     },
     /// No musician stands there.
     #[error("support is defined one metre from the source")]
@@ -361,7 +361,7 @@ pub enum Unsupported {
     #[error("the measurement is not calibrated: levels are not known")]
     NotCalibrated,
     /// Nothing is said, or nothing else sounds.
-    #[error("speech in noise needs levels of the noise")]
+    #[error("speech in noise needs levels of the noise, which are stated in the octaves 125 … 8000 Hz")]
     NoNoise,
     /// The direct sound is blocked, or there is nothing else.
     #[error("no direct sound arrives, or nothing but direct sound")]

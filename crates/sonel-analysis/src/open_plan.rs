@@ -1,7 +1,7 @@
 //! Open-plan offices: decay of speech along a line of workstations (ISO 3382-3).
 //!
 //! L_p,A,S is the A-weighted level of speech at a workstation. Over lg r, r the distance from the source, its regression line between 2 m and 16 m
-//! falls by D_2,S per doubling of r and has L_p,A,S,4m at 4 m. The speech transmission index, with background noise, is regressed over r: it
+//! falls by D_2,S per doubling of r, has L_p,A,S,4m at 4 m and 45 dB at the comfort distance r_C. The speech transmission index, with background noise, is regressed over r: it
 //! falls to 0.50 at the distraction distance r_D and to 0.20 at the privacy distance r_P. Intervals are those of the simulation: lines of
 //! the same places without each batch in turn.
 //!
@@ -22,6 +22,8 @@ const A_WEIGHTING_DB: [f64; 7] = [-16.1, -8.6, -3.2, 0.0, 1.2, 1.0, -1.1];
 /// Distances of the regression of levels (ISO 3382-3) [m].
 const NEAREST: f64 = 2.0;
 const FARTHEST: f64 = 16.0;
+/// L_p,A,S at the comfort distance (ISO 3382-3:2022) [dB].
+const COMFORT: f64 = 45.0;
 /// Fewest places of a regression: a line has two numbers.
 const FEWEST: usize = 2;
 /// Speech transmission indices at the distraction and the privacy distance (ISO 3382-3).
@@ -37,6 +39,8 @@ pub struct Line {
     pub decay_rate_db: ParameterValue,
     /// L_p,A,S,4m [dB].
     pub level_at_4_m_db: ParameterValue,
+    /// r_C [m].
+    pub comfort_distance: ParameterValue,
     /// r_D [m].
     pub distraction_distance: ParameterValue,
     /// r_P [m].
@@ -77,29 +81,39 @@ pub fn line(response: &Response, s: usize, receivers: &[usize], talk: &Talk) -> 
         enough(&of_levels)?;
         derived(|levels| read(regression(&of_levels, levels)), levels.iter().copied())
     };
-    let distance = |index: f64| {
-        enough(&of_indices)?;
-        let reached = move |[at_source, slope]: [f64; 2]| (index - at_source) / slope;
-        let slope = derived(|indices| regression(&of_indices, indices)[1], indices.iter().copied())?;
-        let found = derived(|indices| reached(regression(&of_indices, indices)), indices.iter().copied())?;
-        if slope.value >= 0.0 || found.value <= 0.0 {
-            return Err(Unsupported::NotFalling { index });
-        }
-        let [nearest, farthest] = [of_indices[0], of_indices[of_indices.len() - 1]];
-        let beyond = match found.value {
-            value if value > farthest => Some(format!("extrapolated: the line ends at {farthest:.1} m")),
-            value if value < nearest => Some(format!("extrapolated: the line begins at {nearest:.1} m")),
-            _ => None,
-        };
-        Ok(found.warned(beyond))
-    };
+    let index = |value| reached("the speech transmission index", value, &of_indices, &indices, |r| r);
     Line {
         decay_rate_db: level(|[_, slope]| -slope * libm::log10(2.0)),
         level_at_4_m_db: level(|[at_one, slope]| at_one + slope * libm::log10(4.0)),
-        distraction_distance: distance(DISTRACTION),
-        privacy_distance: distance(PRIVACY),
+        comfort_distance: reached("the levels", COMFORT, &of_levels, &levels, |lg| libm::pow(10.0, lg)),
+        distraction_distance: index(DISTRACTION),
+        privacy_distance: index(PRIVACY),
         places,
     }
+}
+
+/// Distance [m] at which the line of `of_what` over `x` falls to `value`, where `distance` is that of an x.
+fn reached(
+    of_what: &'static str,
+    value: f64,
+    x: &[f64],
+    y: &[&ParameterValue],
+    distance: fn(f64) -> f64,
+) -> ParameterValue {
+    enough(x)?;
+    let at = |[at_zero, slope]: [f64; 2]| distance((value - at_zero) / slope);
+    let slope = derived(|y| regression(x, y)[1], y.iter().copied())?;
+    let found = derived(|y| at(regression(x, y)), y.iter().copied())?;
+    if slope.value >= 0.0 || found.value <= 0.0 {
+        return Err(Unsupported::NotFalling { of_what, value });
+    }
+    let [nearest, farthest] = [x[0], x[x.len() - 1]].map(distance);
+    let beyond = match found.value {
+        found if found > farthest => Some(format!("extrapolated: the line ends at {farthest:.1} m")),
+        found if found < nearest => Some(format!("extrapolated: the line begins at {nearest:.1} m")),
+        _ => None,
+    };
+    Ok(found.warned(beyond))
 }
 
 fn place(parameters: &ReceiverParameters, more: [f64; 7]) -> Place {
@@ -205,6 +219,8 @@ mod tests {
         // lg 2 · 16 dB a decade, of places up to 16 m.
         near(&line.decay_rate_db, 4.816_479_930_6);
         near(&line.level_at_4_m_db, 45.897_694_640_2);
+        // 4 m · 10^((L − 45 dB) / 16 dB).
+        near(&line.comfort_distance, 4.551_619_049_2);
         near(&line.distraction_distance, 5.536_728_299_6);
         near(&line.privacy_distance, 21.682_528_259_9);
         let warning = line.privacy_distance.expect("a distance").warning.expect("beyond the line");
@@ -242,6 +258,7 @@ mod tests {
         assert!(of(&[0, 2]).distraction_distance.is_ok());
         let deaf = Talk { noise_level_db: [120.0; 7], ..talk() };
         let line = line(&response, 0, &[0, 2], &deaf);
-        assert_eq!(line.distraction_distance, Err(Unsupported::NotFalling { index: 0.5 }));
+        let of_what = "the speech transmission index";
+        assert_eq!(line.distraction_distance, Err(Unsupported::NotFalling { of_what, value: 0.5 }));
     }
 }

@@ -156,6 +156,18 @@ impl ReceiverParameters {
             .collect()
     }
 
+    /// What any band has parameters of, in their order: noise is not stated in all bands.
+    #[must_use]
+    pub fn listed(&self) -> Vec<Parameter> {
+        let mut listed = Vec::new();
+        for parameter in self.bands.iter().flat_map(BandParameters::parameters) {
+            if !listed.contains(&parameter) {
+                listed.push(parameter);
+            }
+        }
+        listed
+    }
+
     /// All parameters, the speech transmission index first.
     pub fn parameters(&self) -> impl Iterator<Item = &ParameterValue> {
         std::iter::once(&self.speech_transmission_index)

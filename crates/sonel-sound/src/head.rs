@@ -65,16 +65,22 @@ impl Head {
         let sofar = opened.unwrap_or_else(|_| Err(UNREAD.to_owned())).map_err(failed)?;
         check(&sofar).map_err(failed)?;
         let (directions, responses) = measured(&sofar, sample_rate_hz)?;
+        let numbers = responses.iter().flatten().flat_map(|(delay, taps)| taps.iter().chain([delay]));
+        let is_finite =
+            numbers.copied().all(f64::is_finite) && directions.iter().all(|place| place.is_finite());
+        if directions.is_empty() || !is_finite {
+            return Err(failed("a response, delay or position is not finite".to_owned()));
+        }
         let allowed = longest(sample_rate_hz);
-        let found = responses.iter().flatten().map(|(delay, taps)| delay.round() as usize + taps.len());
-        if let Some(found) = found.max().filter(|found| *found > allowed) {
+        if responses.iter().flatten().any(|(delay, _)| *delay < 0.0) {
+            return Err(failed("a delay is negative".to_owned()));
+        }
+        let samples = responses.iter().flatten().map(|(delay, taps)| delay.round() + taps.len() as f64);
+        let found = samples.fold(0.0, f64::max);
+        if found > allowed as f64 {
             return Err(failed(format!(
                 "its responses have {found} samples at {sample_rate_hz} Hz with their delays, {allowed} are allowed"
             )));
-        }
-        let is_finite = responses.iter().flatten().flat_map(|(_, taps)| taps).all(|tap| tap.is_finite());
-        if directions.is_empty() || !is_finite || !directions.iter().all(|direction| direction.is_finite()) {
-            return Err(failed("a response or position is not finite".to_owned()));
         }
         let length = responses[0][0].1.len();
         let transform = Transform::new((2 * length).next_power_of_two());
@@ -152,7 +158,7 @@ fn measured(sofar: &Sofar, sample_rate_hz: u32) -> Result<(Vec<DVec3>, Vec<Ears>
             let row = 2 * index + usize::from((ear == 1) != is_swapped);
             let delays = &hrtf.data_delay.values;
             let delay = delays.get(row).or(delays.get(row % 2)).map_or(0.0, |delay| f64::from(*delay));
-            let delay = delay.max(0.0) * f64::from(sample_rate_hz) / f64::from(hrtf.sample_rate());
+            let delay = delay * f64::from(sample_rate_hz) / f64::from(hrtf.sample_rate());
             (delay, rows[row].clone())
         };
         directions.push(place.normalize());

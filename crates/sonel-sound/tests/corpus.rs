@@ -33,6 +33,16 @@ fn responses_are_those_that_were_written_however_they_are_stored() {
     }
 }
 
+#[test]
+fn delays_that_are_no_number_of_samples_are_refused() {
+    for (name, reason) in
+        [("negative-delay", "a delay is negative"), ("endless-delay", "delay or position is not finite")]
+    {
+        let said = read(name).expect_err(name);
+        assert!(said.contains(reason), "{name}: {said}");
+    }
+}
+
 /// Two of them were read as other numbers.
 #[test]
 fn what_would_be_read_as_other_responses_is_refused() {

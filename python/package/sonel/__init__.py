@@ -1285,7 +1285,7 @@ class Response(_Managed):
         rows = report["receivers"]
         shape = (len(self.sources), len(self.receivers), len(self.center_frequencies))
         text = f"U{max(map(len, self.sources + self.receivers))}"
-        keys = list(dict.fromkeys(key for row in rows for key in row["bands"][0] if key != "center_frequency_hz"))
+        keys = list(dict.fromkeys(key for row in rows for band in row["bands"] for key in band if key != "center_frequency_hz"))
         numbers = [key + end for key in keys for end in ("", "_low", "_high")]
         fields = [("source", text), ("receiver", text), ("center_frequency_hz", "f8"), *((name, "f8") for name in numbers)]
         values = [

@@ -19,6 +19,9 @@ use sonel_echogram::Response;
 use crate::arguments::OpenPlan;
 use crate::open;
 
+/// Values of the informative annex of ISO 3382-3:2012.
+const GOOD: &str =
+    "good offices by ISO 3382-3 (2012, annex A): D2,S at least 7 dB, Lp,A,S,4m at most 48 dB, rD at most 5 m";
 /// Places that the standard asks for.
 const WANTED: usize = 4;
 
@@ -217,10 +220,11 @@ fn check_twice(receivers: &[usize], response: &Response) -> anyhow::Result<()> {
     }
 }
 
-fn numbers(line: &Line) -> [(&'static str, &'static str, &ParameterValue); 4] {
+fn numbers(line: &Line) -> [(&'static str, &'static str, &ParameterValue); 5] {
     [
         ("D2,S [dB]", "decay_rate_d2s_db", &line.decay_rate_db),
         ("Lp,A,S,4m [dB]", "speech_level_at_4_m_db", &line.level_at_4_m_db),
+        ("rC [m]", "comfort_distance_m", &line.comfort_distance),
         ("rD [m]", "distraction_distance_m", &line.distraction_distance),
         ("rP [m]", "privacy_distance_m", &line.privacy_distance),
     ]
@@ -266,7 +270,9 @@ fn table(line: &Line, source: &str) -> String {
         .collect();
     reasons.dedup();
     let reasons: String = reasons.into_iter().map(|reason| format!("{reason}\n")).collect();
-    format!("line from source \"{source}\"\n{lines}{singles}±: half-width of the 95 % interval\n{reasons}")
+    format!(
+        "line from source \"{source}\"\n{lines}{singles}±: half-width of the 95 % interval\n{GOOD}\n{reasons}"
+    )
 }
 
 fn cell(estimate: &ParameterValue, digits: usize, reasons: &mut Vec<String>) -> String {

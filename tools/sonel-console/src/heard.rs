@@ -37,6 +37,19 @@ impl HeardArguments {
         self.noise.map(|noise_level_db| Talk { power_level_db: self.speech, noise_level_db })
     }
 
+    /// The words of a command line that say the same.
+    #[must_use]
+    pub fn words(&self) -> Vec<String> {
+        let levels = |levels: [f64; 7]| levels.map(|level| level.to_string()).join(",");
+        let mut words = Vec::new();
+        words.extend(self.noise.map(|noise| format!("--noise={}", levels(noise))));
+        words.extend(self.speech.map(|speech| format!("--speech={}", levels(speech))));
+        words.extend(self.together.then(|| "--together".to_owned()));
+        words.extend(self.gain.iter().map(|(name, gain)| format!("--gain={name}={gain}")));
+        words.extend(self.delay.iter().map(|(name, delay)| format!("--delay={name}={delay}")));
+        words
+    }
+
     /// The response, with its sources as one system where that is asked for.
     ///
     /// # Errors

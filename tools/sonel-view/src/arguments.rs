@@ -65,7 +65,7 @@ pub struct Arguments {
     /// sonel-trace].
     #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub packets: Option<u64>,
-    /// Speech, noise, and sources as one system, of responses and of a frozen page.
+    /// Speech, noise, and sources as one system.
     #[command(flatten)]
     pub heard: HeardArguments,
     /// What stands above the page, and targets.

@@ -26,9 +26,9 @@ impl Drop for Served {
 }
 
 impl Served {
-    fn begin(folder: &TestFolder, file: &str) -> Self {
+    fn begin(folder: &TestFolder, file: &str, options: &[&str]) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_sonel-view"));
-        command.arg(folder.path(file)).args(["--no-open", "--quiet", "--packets", "2k"]);
+        command.arg(folder.path(file)).args(["--no-open", "--quiet", "--packets", "2k"]).args(options);
         let mut program = command.stdout(Stdio::piped()).spawn().expect("the program starts");
         let mut line = String::new();
         let out = program.stdout.take().expect("a pipe");
@@ -86,7 +86,7 @@ fn traced() -> TestFolder {
 #[test]
 fn only_who_knows_the_token_is_answered_and_nonsense_changes_nothing() {
     let folder = traced();
-    let served = Served::begin(&folder, "a.sonelmap");
+    let served = Served::begin(&folder, "a.sonelmap", &[]);
     let (host, token) = (served.host.as_str(), served.token.as_str());
     let page = format!("/?token={token}");
     assert_eq!(served.raw("GET", &page, &[("Host", host)], "").0, 200);
@@ -144,7 +144,7 @@ fn only_who_knows_the_token_is_answered_and_nonsense_changes_nothing() {
 #[test]
 fn the_page_has_the_numbers_of_the_programs() {
     let folder = traced();
-    let served = Served::begin(&folder, "a.sonelmap");
+    let served = Served::begin(&folder, "a.sonelmap", &[]);
     let map = Map::open(folder.path("a.sonelmap")).expect("a map");
     let at = [3.5, 2.25, 1.4];
     let rendered = map
@@ -177,9 +177,28 @@ fn the_page_has_the_numbers_of_the_programs() {
 }
 
 #[test]
+fn noise_is_heard_while_the_listener_moves() {
+    let folder = traced();
+    let at = [3.5, 2.25, 1.4];
+    let in_noise = |options: &[&str]| {
+        let served = Served::begin(&folder, "a.sonelmap", options);
+        let (_, answer) = served.ask("render", &json!({ "window": "w", "listener": at }));
+        let (_, saved) = served.ask("save", &json!({ "listener": at }));
+        let rows = answer["parameters"].as_array().expect("rows").clone();
+        let index = rows.iter().find(|row| row["key"] == "speech_transmission_index").expect("an index");
+        let index = index["single"][0].as_f64().expect("a value");
+        (index, rows.len(), saved["commands"][1].as_str().expect("a command").to_owned())
+    };
+    let (quiet, few, _) = in_noise(&[]);
+    let (noisy, many, command) = in_noise(&["--noise", "80,80,80,80,80,80,80"]);
+    assert!(noisy < quiet - 0.1 && many > few, "{quiet} {noisy}, {few} {many} rows");
+    assert!(command.ends_with("--noise=80,80,80,80,80,80,80"), "{command}");
+}
+
+#[test]
 fn a_moved_source_is_traced_and_saved_beside_the_scene() {
     let folder = TestFolder::with(SCENE);
-    let served = Served::begin(&folder, "scene.toml");
+    let served = Served::begin(&folder, "scene.toml", &[]);
     served.wait_for_map(1);
     assert_eq!(served.ask("trace", &json!({ "sources": [[2.0, 1.0, 1.5]], "changes": {} })).0, 200);
     served.wait_for_map(2);

@@ -77,12 +77,8 @@ fn means(receivers: &[ReceiverParameters]) -> Value {
 
 /// Means over `receivers` of the single numbers that all of them have.
 fn single_numbers(receivers: &[&ReceiverParameters]) -> Value {
-    let has = |receiver: &&ReceiverParameters, parameter| {
-        receiver.bands.iter().all(|band| band.parameters().any(|found| found == parameter))
-    };
-    let first = receivers.first().and_then(|receiver| receiver.bands.first());
-    let parameters = first.into_iter().flat_map(BandParameters::parameters);
-    let shared = parameters.filter(|parameter| receivers.iter().all(|receiver| has(receiver, *parameter)));
+    let listed = receivers.first().map_or_else(Vec::new, |receiver| receiver.listed()).into_iter();
+    let shared = listed.filter(|found| receivers.iter().all(|receiver| receiver.listed().contains(found)));
     let fields = shared.map(|parameter| {
         let parameters: Vec<ParameterValue> =
             receivers.iter().map(|receiver| single_number(receiver, parameter)).collect();

@@ -41,15 +41,15 @@ pub(super) fn knows_materials(value: &ParameterValue) -> bool {
 fn block(receiver: &ReceiverParameters, title: &str, noise: &str, notes: &mut Notes) -> String {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING);
-    let parameters: Vec<Parameter> =
-        receiver.bands.first().into_iter().flat_map(BandParameters::parameters).collect();
+    let parameters = receiver.listed();
     let headings = parameters.iter().map(|parameter| {
         let (symbol, unit, _) = parameter.heading();
         format!("{symbol} [{unit}]")
     });
     let quality = ["ξ T30 [‰]", "C [%]"].map(str::to_owned);
     table.set_header(std::iter::once("f [Hz]".to_owned()).chain(headings).chain(quality));
-    let mut rows: Vec<Vec<String>> = receiver.bands.iter().map(|band| row(band, notes)).collect();
+    let mut rows: Vec<Vec<String>> =
+        receiver.bands.iter().map(|band| row(band, &parameters, notes)).collect();
     rows.push(single_numbers(receiver, &parameters, notes));
     rows.push(just_noticeable(&parameters));
     make_room_for_marks(&mut rows);
@@ -106,9 +106,9 @@ fn make_room_for_marks(rows: &mut [Vec<String>]) {
     }
 }
 
-fn row(band: &BandParameters, notes: &mut Notes) -> Vec<String> {
+fn row(band: &BandParameters, parameters: &[Parameter], notes: &mut Notes) -> Vec<String> {
     let parameters =
-        band.parameters().map(|parameter| cell(band.parameter(parameter), parameter.heading().2, notes));
+        parameters.iter().map(|&parameter| cell(band.parameter(parameter), parameter.heading().2, notes));
     std::iter::once(band.center_frequency_hz.to_string()).chain(parameters).chain(quality(band)).collect()
 }
 

@@ -7,9 +7,8 @@ use sonel_analysis::receiver::{BandParameters, ReceiverParameters};
 /// What any of `receivers` has figures of.
 #[must_use]
 pub fn shown(receivers: &[(String, &ReceiverParameters)]) -> Vec<Parameter> {
-    let bands = receivers.iter().flat_map(|(_, figures)| &figures.bands);
-    let most = bands.max_by_key(|band| band.parameters().count());
-    most.into_iter().flat_map(BandParameters::parameters).collect()
+    let most = receivers.iter().map(|(_, figures)| figures.listed()).max_by_key(Vec::len);
+    most.unwrap_or_default()
 }
 
 /// A panel of each of them over the bands, a series for each of the named `receivers`; what was refused leaves a gap.

@@ -36,7 +36,7 @@ def by_sofar(path: Path) -> None:
     sofar.write_sofa(path, sofa)
 
 
-def by_h5py(path: Path, taps: np.ndarray, *, libver: object = "earliest", kind: str = "<f8", shape: object = None, **stored: object) -> None:
+def by_h5py(path: Path, taps: np.ndarray, *, libver: object = "earliest", kind: str = "<f8", shape: object = None, delay: float = 0, **stored: object) -> None:
     """The least that AES69 asks for, written without the netCDF library."""
     with h5py.File(path, "w", libver=libver, track_order=True) as file:
         attributes = {
@@ -63,7 +63,7 @@ def by_h5py(path: Path, taps: np.ndarray, *, libver: object = "earliest", kind: 
         variable("SourcePosition", places()[: taps.shape[0]], Type="spherical", Units="degree, degree, metre")
         variable("EmitterPosition", [[[0], [0], [0]]], Type="cartesian", Units="metre")
         variable("Data.SamplingRate", [48000], Units="hertz")
-        variable("Data.Delay", [[0, 0]])
+        variable("Data.Delay", [[0, delay]])
         array = file.create_dataset("Data.IR", shape or taps.shape, kind, **stored)
         array[: taps.shape[0], :, : taps.shape[2]] = taps
 
@@ -85,6 +85,8 @@ def main() -> None:
     }
     for name, how in stored.items():
         by_h5py(FOLDER / f"{name}.sofa", taps, libver=("v108", "v108"), **how)
+    for name, delay in {"negative": -1, "endless": np.inf}.items():
+        by_h5py(FOLDER / f"{name}-delay.sofa", taps, libver=("v108", "v108"), delay=delay)
     # Headers of HDF5 before 1.8, of 1.10 and of the newest.
     for libver in ("earliest", "v110", "latest"):
         by_h5py(FOLDER / f"headers-{libver}.sofa", taps, libver=(libver, libver) if libver == "v110" else libver, **stored["deflate-shuffle"])

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
+use sonel_console::heard::HeardArguments;
 use sonel_scene::Scene;
 
 use super::edit;
@@ -24,6 +25,8 @@ pub struct Origin<'a> {
     pub text: &'a str,
     /// Packets of a trace.
     pub packets: Option<u64>,
+    /// What is heard.
+    pub heard: &'a HeardArguments,
 }
 
 impl Origin<'_> {
@@ -64,7 +67,9 @@ impl Origin<'_> {
         let [x, y, z] = wish.listener;
         render += &format!(" --receiver {LISTENER}={x},{y},{z}");
         commands.push(render);
-        commands.push(format!("sonel-analyze parameters {}", quoted(&response)));
+        let heard =
+            self.heard.words().iter().map(|word| format!(" {}", quoted(Path::new(word)))).collect::<String>();
+        commands.push(format!("sonel-analyze parameters {}{heard}", quoted(&response)));
         Ok(json!({ "files": files, "commands": commands }))
     }
 }
@@ -90,6 +95,6 @@ fn create(given: &Path, what: &str, ending: &str, text: &str) -> anyhow::Result<
 /// A path as a shell reads it.
 fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
-    let is_plain = |letter: char| letter.is_alphanumeric() || "/._-".contains(letter);
+    let is_plain = |letter: char| letter.is_alphanumeric() || "/._-=,".contains(letter);
     if text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
 }

@@ -9,11 +9,12 @@ use std::thread;
 
 use serde_json::{Value, json};
 use sonel::{
-    Axis, Change, Channels, Grid, Head, Map, Observer, ReceiverPoint, RenderOptions, Rendered, Scene,
-    Severity, Silent, SoundOptions, TraceOptions,
+    Axis, Change, Channels, Grid, Head, Map, Observer, ReceiverPoint, RenderOptions, Rendered, Response,
+    Scene, Severity, Silent, SoundOptions, TraceOptions,
 };
 use sonel_analysis::average::single_number;
-use sonel_analysis::{Parameter, ParameterValue, parameters};
+use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
+use sonel_console::heard::HeardArguments;
 use sonel_console::spelled;
 use sonel_scene::library;
 
@@ -42,6 +43,7 @@ pub struct Session {
     packets: Option<u64>,
     page: String,
     head: Head,
+    heard: HeardArguments,
     state: Mutex<State>,
     /// Number of the newest request of each window, by kind.
     newest: Mutex<HashMap<String, Arc<AtomicU64>>>,
@@ -113,6 +115,7 @@ impl Session {
             packets,
             page,
             head: Head::sphere(),
+            heard: arguments.heard.clone(),
             state: Mutex::new(state),
             newest: Mutex::default(),
             traces: Arc::default(),
@@ -214,16 +217,23 @@ impl Session {
         Newest { counter, own }
     }
 
+    /// A response as it is heard, its parameters, and the index of a source of the scene in it.
+    fn read_off(&self, response: Response, source: usize) -> Result<ReadOff, Refusal> {
+        let source = of_sources(source, response.echograms().sources())?;
+        let read_off = page::read_off(response, &self.heard);
+        let (response, parameters) = read_off.map_err(|error| Refusal::failed(&format!("{error:#}")))?;
+        Ok((response, parameters, if self.heard.together { 0 } else { source }))
+    }
+
     /// Parameters, charts and reflections where the listener is.
     pub fn render(&self, wish: &Render) -> Result<Answer, Refusal> {
         let newest = self.newest("render", &wish.window);
         let map = self.map()?;
         let options = options(&wish.changes, wish.batches)?;
         let rendered = map.render(&[listener(wish.listener)?], &options, &newest)?;
-        let echograms = rendered.response.echograms();
-        let source = of_sources(wish.source, echograms.sources())?;
         newest.unless_replaced()?;
-        let all = parameters(echograms);
+        let (response, all, source) = self.read_off(rendered.response, wish.source)?;
+        let echograms = response.echograms();
         let walls = map.walls()?;
         let mut answer = pair::json(echograms, &all[source], (source, 0), Some(&*walls));
         answer["batches"] = json!(wish.batches);
@@ -239,11 +249,11 @@ impl Session {
         let mut options = options(&wish.changes, wish.batches)?;
         options.grid = Some(plane(&map, wish)?);
         let Rendered { response, grid, .. } = map.render(&[], &options, &newest)?;
-        let echograms = response.echograms();
-        let source = of_sources(wish.source, echograms.sources())?;
         newest.unless_replaced()?;
+        let (response, all, source) = self.read_off(response, wish.source)?;
+        let echograms = response.echograms();
         let places = echograms.receivers();
-        let all = &parameters(echograms)[source * places..(source + 1) * places];
+        let all = &all[source * places..(source + 1) * places];
         let shown = Parameter::ALL.into_iter().map(|parameter| {
             let (symbol, unit, factor) = parameter.heading();
             let of_band = |value: &dyn Fn(usize) -> ParameterValue| -> Value {
@@ -304,11 +314,15 @@ impl Session {
             map: self.map_file.as_deref(),
             text: &self.text(),
             packets: self.packets,
+            heard: &self.heard,
         };
         let saved = origin.save(&map.sonels().header().scene, wish);
         saved.map(Answer::Json).map_err(|error| Refusal::failed(&format!("{error:#}")))
     }
 }
+
+/// A response, its parameters, and the index of a source.
+type ReadOff = (Response, Vec<ReceiverParameters>, usize);
 
 fn options(changed: &Changes, batches: Option<u32>) -> Result<RenderOptions, Refusal> {
     let set: Vec<Change> = changes(changed)?;

@@ -32,6 +32,22 @@ use document::Document;
 /// Pairs of source and receiver with curves of their own: each takes 0.06 MB of the file.
 pub const MOST_PAIRS: usize = 48;
 
+/// `response` as it is heard, and its parameters.
+///
+/// # Errors
+/// When `heard` names a source that the response lacks.
+pub fn read_off(
+    response: sonel::Response,
+    heard: &HeardArguments,
+) -> anyhow::Result<(sonel::Response, Vec<ReceiverParameters>)> {
+    let response = match heard.changes(response.echograms())? {
+        Some(changes) => response.together(&changes).map_err(spelled)?,
+        None => response,
+    };
+    let parameters = parameters_of(response.echograms(), heard.talk().as_ref());
+    Ok((response, parameters))
+}
+
 /// A response with its parameters.
 pub struct Subject {
     /// What the page calls it.
@@ -48,12 +64,7 @@ impl Subject {
     /// # Errors
     /// When `heard` names a source that the response lacks.
     pub fn new(name: String, response: sonel::Response, heard: &HeardArguments) -> anyhow::Result<Self> {
-        let changes = heard.changes(response.echograms())?;
-        let response = match changes {
-            Some(changes) => response.together(&changes).map_err(spelled)?,
-            None => response,
-        };
-        let parameters = parameters_of(response.echograms(), heard.talk().as_ref());
+        let (response, parameters) = read_off(response, heard)?;
         Ok(Self { name, response, parameters, materials: None })
     }
 

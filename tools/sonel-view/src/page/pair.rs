@@ -3,8 +3,7 @@
 use serde_json::{Value, json};
 use sonel_acoustics::just_noticeable::SPEECH_TRANSMISSION_INDEX;
 use sonel_analysis::average::single_number;
-use sonel_analysis::receiver::BandParameters;
-use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
+use sonel_analysis::{ParameterValue, ReceiverParameters};
 use sonel_drawing::plot::{self, Axis, Panel};
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
@@ -41,9 +40,8 @@ pub fn json(
 
 /// Every parameter over the bands and as a single number, in the unit of its heading; at last the speech transmission index.
 fn rows(receiver: &ReceiverParameters) -> Vec<Value> {
-    let known: Vec<Parameter> =
-        receiver.bands.first().into_iter().flat_map(BandParameters::parameters).collect();
-    let mut rows: Vec<Value> = known
+    let mut rows: Vec<Value> = receiver
+        .listed()
         .into_iter()
         .map(|parameter| {
             let (symbol, unit, factor) = parameter.heading();

@@ -2,7 +2,6 @@
 
 use sonel_analysis::average::single_number;
 use sonel_analysis::comparison::Pairing;
-use sonel_analysis::receiver::BandParameters;
 use sonel_analysis::report::{Column, beside_blocks};
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_drawing::plot::{self, Axis, Place, Plan, Plans, Section, Sheet};
@@ -57,8 +56,7 @@ pub fn tables(page: &mut Document, subjects: &[Subject]) {
 
 /// Bands, single numbers and just-noticeable differences of one receiver.
 fn over_bands(receiver: &ReceiverParameters) -> (Vec<String>, Vec<Vec<String>>) {
-    let parameters: Vec<Parameter> =
-        receiver.bands.first().into_iter().flat_map(BandParameters::parameters).collect();
+    let parameters = receiver.listed();
     let headings = parameters.iter().map(|parameter| {
         let (symbol, unit, _) = parameter.heading();
         format!("{symbol} [{unit}]")
