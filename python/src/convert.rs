@@ -7,7 +7,9 @@ use glam::DVec3;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyMapping, PyString};
-use sonel::{Change, Coefficients, Pattern, ReceiverPoint, Sensitivity, Value, Variants};
+use sonel::{
+    AbsorptionUncertainty, Change, Coefficients, Pattern, ReceiverPoint, Sensitivity, Value, Variants,
+};
 use sonel_console::count::parse_count;
 use sonel_console::time::parse_time;
 
@@ -94,6 +96,35 @@ fn coefficients(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Coefficients> 
     match given.extract::<Vec<f64>>().map_err(wrong)?[..] {
         [number] => Ok(number.into()),
         ref numbers => Ok(numbers.to_vec().into()),
+    }
+}
+
+/// Levels in the octaves 125 … 8000 Hz: words that `parse` reads, or seven numbers.
+pub fn octaves(
+    name: &str,
+    given: &Bound<'_, PyAny>,
+    parse: fn(&str) -> Result<[f64; 7], String>,
+) -> PyResult<[f64; 7]> {
+    let text = match given.cast::<PyString>() {
+        Ok(text) => text.to_string(),
+        Err(_) => {
+            let wrong = |_| refused(format!("{name} is {given}: give words or seven levels"));
+            let levels: Vec<f64> = plain(given)?.extract().map_err(wrong)?;
+            levels.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
+        }
+    };
+    parse(&text).map_err(|wrong| refused(format!("{name}: {wrong}")))
+}
+
+/// Standard uncertainties of absorption: a number or numbers for all materials, or each by the name of its material.
+pub fn uncertainties(given: &Bound<'_, PyAny>) -> PyResult<Vec<AbsorptionUncertainty>> {
+    let of = |material: Option<String>, given: &Bound<'_, PyAny>| -> PyResult<_> {
+        let uncertainty = coefficients("material_uncertainty", given)?;
+        Ok(AbsorptionUncertainty { material, uncertainty, is_relative: false })
+    };
+    match given.cast::<PyMapping>() {
+        Ok(mapping) => entries(mapping)?.into_iter().map(|(name, given)| of(Some(name), &given)).collect(),
+        Err(_) => Ok(vec![of(None, given)?]),
     }
 }
 

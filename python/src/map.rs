@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 use sonel::{Air, Audience, Estimator, Mode, Observer, RenderOptions, Severity, Spectral, TraceOptions};
 use sonel_console::output::{Kind, Output};
 
-use crate::convert::{Keywords, Receiver, object, receiver};
+use crate::convert::{Keywords, Receiver, object, receiver, uncertainties};
 use crate::error;
 use crate::response::Response;
 use crate::scene::Scene;
@@ -73,6 +73,21 @@ impl Map {
 
 #[pymethods]
 impl Map {
+    /// Parameters of a `response` of this map with the interval of its `uncertain` materials.
+    #[pyo3(signature = (response, uncertain, log, noise=None, speech=None))]
+    fn parameters<'py>(
+        &self,
+        py: Python<'py>,
+        response: Bound<'py, Response>,
+        uncertain: Bound<'py, PyAny>,
+        log: Bound<'py, PyAny>,
+        noise: Option<Bound<'py, PyAny>>,
+        speech: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let materials = Some((Arc::clone(&self.map), uncertainties(&uncertain)?));
+        response.get().read_off(py, log, [noise, speech], materials)
+    }
+
     /// The map in a file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {

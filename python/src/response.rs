@@ -11,14 +11,19 @@ use glam::DVec3;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
-use sonel::{Channels, Head, Microphone, Path, SPACINGS, SoundOptions, Waypoint, microphone};
+use sonel::{
+    AbsorptionUncertainty, Channels, Head, Microphone, Path, SPACINGS, SoundOptions, Waypoint, microphone,
+};
+use sonel_analysis::modulation::Talk;
+use sonel_analysis::receiver::parameters_of;
+use sonel_analysis::speech::{noise_level_db, speech_power_level_db};
 use sonel_console::heard::HeardArguments;
 use sonel_console::output::{Kind, Output};
 use sonel_echogram::{LATERAL_KEYS, ReceiverDirectivity, Response as Echograms};
 
-use crate::convert::{Receiver, object, receiver, refused};
+use crate::convert::{Receiver, object, octaves, receiver, refused};
 use crate::error;
-use crate::work::on_all_cores;
+use crate::work::{Followers, on_all_cores, work};
 
 /// Echograms of every source at every receiver.
 #[pyclass(frozen, module = "sonel._sonel")]
@@ -210,6 +215,35 @@ pub fn places(points: Vec<[f64; 4]>, spacing: f64) -> PyResult<Vec<(String, [f64
     Ok(places.into_iter().map(|place| (place.name, place.position.to_array())).collect())
 }
 
+impl Response {
+    /// Parameters with noise and speech, where they are given, and with the uncertain materials of a map.
+    pub fn read_off<'py>(
+        &self,
+        py: Python<'py>,
+        log: Bound<'py, PyAny>,
+        [noise, speech]: [Option<Bound<'py, PyAny>>; 2],
+        materials: Option<(Arc<sonel::Map>, Vec<AbsorptionUncertainty>)>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let noise = noise.map(|given| octaves("noise", &given, noise_level_db)).transpose()?;
+        let speech = speech.map(|given| octaves("speech", &given, speech_power_level_db)).transpose()?;
+        if noise.is_none() && speech.is_some() {
+            return Err(refused("speech needs noise: give both"));
+        }
+        let talk = noise.map(|noise_level_db| Talk { power_level_db: speech, noise_level_db });
+        let response = Arc::clone(&self.response);
+        let json = work(py, &Followers { progress: None, log }, None, move |observer| {
+            let echograms = response.echograms();
+            let mut rows = parameters_of(echograms, talk.as_ref());
+            if let Some((map, uncertain)) = materials {
+                let variants = map.material_variants(echograms, &uncertain, observer)?;
+                variants.attach(&mut rows, |of| Ok::<_, sonel::Error>(parameters_of(of, talk.as_ref())))?;
+            }
+            Ok(sonel_analysis::report::json(&rows))
+        })?;
+        object(py, &json)
+    }
+}
+
 #[pymethods]
 impl Response {
     /// The response in a file.
@@ -247,10 +281,15 @@ impl Response {
     }
 
     /// What `sonel-analyze parameters --format json` prints.
-    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let read = || sonel_analysis::report::json(self.response.parameters().rows());
-        let json = on_all_cores(py, read)?;
-        object(py, &json)
+    #[pyo3(signature = (log, noise=None, speech=None))]
+    fn parameters<'py>(
+        &self,
+        py: Python<'py>,
+        log: Bound<'py, PyAny>,
+        noise: Option<Bound<'py, PyAny>>,
+        speech: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.read_off(py, log, [noise, speech], None)
     }
 
     /// Impulse responses, [S, R, channels, samples], of an order of ambisonics, a SOFA file or an array.

@@ -267,6 +267,29 @@ def test_parameters_are_those_of_the_program(response, tmp_path):
         assert response.speech_transmission_index()[0, receiver] == speech
 
 
+def test_noise_and_uncertain_materials_are_those_of_the_program(room, response, tmp_path):
+    response.save(tmp_path / "a.npz")
+    room.save(tmp_path / "a.sonelmap")
+    words = ["--noise", "NR-35", "--speech", "raised", "--material-uncertainty", "0.05", "--map", tmp_path / "a.sonelmap"]
+    printed = json.loads(run("sonel-analyze", "parameters", tmp_path / "a.npz", "--format", "json", *words)[0])
+    options = {"noise": "NR-35", "speech": "raised", "material_uncertainty": 0.05, "map": room}
+    assert response.parameter_report(**options)["receivers"] == printed["receivers"]
+    rows, band = response.parameters(**options)[0, 0], 4
+    t30 = printed["receivers"][0]["bands"][band]["t30_s"]
+    assert [rows["t30_s_materials_low"][band], rows["t30_s_materials_high"][band]] == t30["ci95_materials"]
+    assert np.isnan(rows["useful_to_detrimental_u50_db"][0]) and np.isfinite(rows["useful_to_detrimental_u50_db"][band])
+    assert response.speech_transmission_index(noise=np.full(7, 60.0))[0, 0] < response.speech_transmission_index()[0, 0] - 0.02
+    for wrong, message in [
+        ({"noise": "NR-900"}, "no curve"),
+        ({"noise": [40, 40]}, "seven levels"),
+        ({"speech": "loud"}, "speech needs noise"),
+        ({"material_uncertainty": 0.1}, "needs the map"),
+        ({"material_uncertainty": {"roof": 0.1}, "map": room}, "no material"),
+    ]:
+        with pytest.raises(sonel.Error, match=message):
+            response.parameter_report(**wrong)
+
+
 def test_a_data_frame_has_a_row_for_every_receiver_and_band(response):
     pytest.importorskip("pandas")
     frame = response.to_pandas()

@@ -1187,8 +1187,7 @@ class Response(_Managed):
     ) -> NDArray[np.float32]:
         """Pressure impulse responses: the samples of `sonel-render --wav` (docs/formats/sound.md).
 
-        At most one of `ambix`, `hrtf` and `array` is given. `ambix` and `hrtf` need a response of `Map.render`: a file does not state which direction
-        is up.
+        At most one of `ambix`, `hrtf` and `array` is given.
 
         Parameters
         ----------
@@ -1255,20 +1254,55 @@ class Response(_Managed):
         microphones = None if array is None else _points(array, "microphone")
         _sofa.write(self, Path(path), ambix=ambix, array=array, microphones=microphones, sample_rate=sample_rate, **options)
 
-    def parameter_report(self) -> dict[str, Any]:
+    def parameter_report(
+        self,
+        *,
+        noise: str | ArrayLike | None = None,
+        speech: str | ArrayLike | None = None,
+        material_uncertainty: ArrayLike | Mapping[str, ArrayLike] | None = None,
+        map: Map | None = None,
+    ) -> dict[str, Any]:
         """Every parameter with its interval, warnings and reasons.
+
+        Parameters
+        ----------
+        noise
+            Background noise at every receiver: a curve such as "NR-35" or "NC-30", or levels in the octaves 125 ... 8000 Hz [dB re 20 uPa].
+            Adds U50 and signal-to-noise ratio; the speech transmission index includes noise, masking and the reception threshold.
+        speech
+            "normal", "raised", "loud", "shouted", "iec", or power levels in these octaves [dB re 1 pW] (default those of the source). Needs `noise`.
+        material_uncertainty
+            Standard uncertainty of absorption coefficients, 0 ... 0.5: of all materials, or by the name of the material; one number or one for
+            each band. Gives every parameter a second interval, that of the materials. Needs `map`. Materials are independent, bands of one
+            material deviate together.
+        map
+            The map that the response was rendered from.
 
         Returns
         -------
         dict[str, Any]
             What `sonel-analyze parameters --format json` prints.
-        """
-        return self._inner.parameters()
 
-    def parameters(self) -> NDArray[np.void]:
+        Raises
+        ------
+        Error
+            Levels or uncertainties that are out of range, no such material, or another map.
+        """
+        if (material_uncertainty is None) != (map is None):
+            raise Error("material_uncertainty needs the map that the response was rendered from, as map: give both or neither")
+        if map is None:
+            return self._inner.parameters(_LOGGER.log, noise, speech)
+        return map._inner.parameters(self._inner, material_uncertainty, _LOGGER.log, noise, speech)
+
+    def parameters(self, **options: Any) -> NDArray[np.void]:
         """Parameters of ISO 3382-1 with the limits of their 95 % intervals.
 
         One metre from a source they include the support. `parameter_report` has the reason of a value that is missing.
+
+        Parameters
+        ----------
+        **options
+            Those of `parameter_report`.
 
         Returns
         -------
@@ -1276,34 +1310,52 @@ class Response(_Managed):
             A structured array of shape [S, R, B]. Fields: source, receiver, center_frequency_hz, and for each of level_db, strength_g_db,
             early_decay_time_s, t20_s, t30_s, clarity_c50_db, clarity_c80_db, definition_d50, center_time_s and, with directions,
             lateral_fraction, lateral_fraction_cosine and late_lateral_level_db, one metre from a source support_early_db and
-            support_late_db its value and, as NAME_low and NAME_high, the limits of its interval. NaN where the response does not support a
-            value.
+            support_late_db, with noise useful_to_detrimental_u50_db and signal_to_noise_db its value and, as NAME_low and NAME_high, the limits
+            of its interval; with `material_uncertainty` also those of the materials, NAME_materials_low and NAME_materials_high. NaN where
+            the response does not support a value.
+
+        Raises
+        ------
+        Error
+            As `parameter_report`.
         """
-        return self._parameters(self.parameter_report())
+        return self._parameters(self.parameter_report(**options))
 
     def _parameters(self, report: Mapping[str, Any]) -> NDArray[np.void]:
         rows = report["receivers"]
         shape = (len(self.sources), len(self.receivers), len(self.center_frequencies))
         text = f"U{max(map(len, self.sources + self.receivers))}"
         keys = list(dict.fromkeys(key for row in rows for band in row["bands"] for key in band if key != "center_frequency_hz"))
-        numbers = [key + end for key in keys for end in ("", "_low", "_high")]
+        is_uncertain = any("ci95_materials" in (band.get(key) or {}) for row in rows for band in row["bands"] for key in keys)
+        ends = ("", "_low", "_high", *(("_materials_low", "_materials_high") if is_uncertain else ()))
+        numbers = [key + end for key in keys for end in ends]
         fields = [("source", text), ("receiver", text), ("center_frequency_hz", "f8"), *((name, "f8") for name in numbers)]
         values = [
-            (row["source"], row["name"], band["center_frequency_hz"], *(x for key in keys for x in _value(band.get(key))))
+            (row["source"], row["name"], band["center_frequency_hz"], *(x for key in keys for x in _value(band.get(key))[: len(ends)]))
             for row in rows
             for band in row["bands"]
         ]
         return np.array(values, dtype=fields).reshape(shape)
 
-    def speech_transmission_index(self) -> NDArray[np.float64]:
-        """Speech transmission index of the room without noise.
+    def speech_transmission_index(self, **options: Any) -> NDArray[np.float64]:
+        """Speech transmission index, without `noise` that of the room alone.
+
+        Parameters
+        ----------
+        **options
+            Those of `parameter_report`.
 
         Returns
         -------
         NDArray[np.float64]
             0 … 1, shape [S, R]; NaN where octaves of speech are missing.
+
+        Raises
+        ------
+        Error
+            As `parameter_report`.
         """
-        return self._speech(self.parameter_report())
+        return self._speech(self.parameter_report(**options))
 
     def _speech(self, report: Mapping[str, Any]) -> NDArray[np.float64]:
         values = [_value(row["speech_transmission_index"])[0] for row in report["receivers"]]
@@ -1424,13 +1476,11 @@ def _channels(
     return ambix, head, None if array is None else [_receiver(**point) for point in _points(array, "microphone")]
 
 
-def _value(parameter: Mapping[str, Any] | None) -> tuple[float, float, float]:
-    """Value and limits of the interval of a parameter in JSON; NaN for what is null or not there."""
-    if parameter is None:
-        return np.nan, np.nan, np.nan
-    low, high = parameter.get("ci95") or (None, None)
-    value, low, high = (np.nan if number is None else number for number in (parameter["value"], low, high))
-    return value, low, high
+def _value(parameter: Mapping[str, Any] | None) -> tuple[float, ...]:
+    """Value and limits of the intervals of simulation and materials of a parameter in JSON; NaN for what is null or not there."""
+    parameter = {"value": None} if parameter is None else parameter
+    ends = [parameter.get(key) or (None, None) for key in ("ci95", "ci95_materials")]
+    return tuple(np.nan if number is None else number for number in (parameter["value"], *ends[0], *ends[1]))
 
 
 def _in_notebook() -> bool:

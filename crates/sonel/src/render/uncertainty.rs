@@ -130,7 +130,7 @@ impl Map {
     /// Edges do not diffract in them. A material is left out, with a warning, in bands where it absorbs everything: no packet returns from it.
     ///
     /// # Errors
-    /// When the response is of another map or has changed directivities; a material that does not exist; a map of `--mode paper`; [`Error::Stopped`].
+    /// When the response is of another map, is of its sources as one or has changed directivities; a material that does not exist; a map of `--mode paper`; [`Error::Stopped`].
     pub fn material_variants(
         &self,
         response: &Echograms,
@@ -141,6 +141,13 @@ impl Map {
             return Err(Error::refused(format!(
                 "the response was not rendered from {}: give its map, or render the response again",
                 self.label()
+            )));
+        }
+        let sources = self.sonels().header().scene.sources.len();
+        if response.sources() != sources {
+            return Err(Error::refused(format!(
+                "the response has {} sources, the map {sources}: take the response before its sources became one",
+                response.sources()
             )));
         }
         if self.sonels().header().settings.mode == Mode::Paper {
