@@ -149,14 +149,26 @@ class RoomView {
     const center = this.box.getCenter(new THREE.Vector3());
     const from = isSlanted ? across.clone().multiplyScalar(-0.65).addScaledVector(side, -0.75).addScaledVector(this.up, 0.7) : this.up.clone().addScaledVector(side, -1e-3);
     this.resize();
-    const narrow = Math.min(1, this.camera.aspect);
-    const distance = 0.47 * this.size / Math.sin(0.5 * this.camera.fov * Math.PI / 180) / narrow;
-    this.camera.position.copy(center).addScaledVector(from.normalize(), distance);
+    const distance = this.distanceOf(center, from.normalize());
+    this.camera.position.copy(center).addScaledVector(from, distance);
     this.camera.near = distance / 1000;
     this.camera.far = distance * 10;
     this.controls.target.copy(center);
     this.controls.update();
     this.draw();
+  }
+
+  // How far from the center towards `from` a camera sees the box of the room, with a margin.
+  distanceOf(center, from) {
+    const right = new THREE.Vector3().crossVectors(this.up, from).normalize();
+    const rise = new THREE.Vector3().crossVectors(from, right);
+    const high = 0.94 * Math.tan(0.5 * this.camera.fov * Math.PI / 180), wide = high * this.camera.aspect;
+    const { min, max } = this.box, ends = [min, max];
+    const distances = [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => {
+      const at = new THREE.Vector3(ends[corner & 1].x, ends[corner >> 1 & 1].y, ends[corner >> 2].z).sub(center);
+      return at.dot(from) + Math.max(Math.abs(at.dot(right)) / wide, Math.abs(at.dot(rise)) / high);
+    });
+    return Math.max(0.1 * this.size, ...distances);
   }
 
   flyTo(at) {

@@ -71,7 +71,7 @@ pub struct Section {
 
 impl Section {
     /// Through `positions`, across the axis in which they differ least, or across `up` (0, 1, 2) where they differ as little there. A plan is
-    /// seen from above; in another section `up` is up.
+    /// seen from above, cut at the highest position, so that a sloped floor does not cut it; another section has `up` up and cuts at the mean.
     #[must_use]
     pub fn of(positions: &[[f64; 3]], up: usize) -> Self {
         let extent = |axis: usize| {
@@ -82,9 +82,13 @@ impl Section {
         let normal = order
             .into_iter()
             .fold(up, |least, axis| if extent(axis) + SAME < extent(least) { axis } else { least });
-        let sum: f64 = positions.iter().map(|position| position[normal]).sum();
-        let axes = if normal == up { [(up + 1) % 3, (up + 2) % 3] } else { [3 - normal - up, up] };
-        Self { normal, offset: sum / positions.len().max(1) as f64, axes }
+        let along = || positions.iter().map(|position| position[normal]);
+        if normal == up {
+            let highest = along().fold(f64::NEG_INFINITY, f64::max);
+            return Self { normal, offset: highest, axes: [(up + 1) % 3, (up + 2) % 3] };
+        }
+        let mean = along().sum::<f64>() / positions.len().max(1) as f64;
+        Self { normal, offset: mean, axes: [3 - normal - up, up] }
     }
 
     /// A position in the plan.
