@@ -150,7 +150,7 @@ impl<'a, S: MapStore> Workbench<'a, S> {
     pub fn adopt(
         &mut self,
         materials: Vec<Material>,
-        tell: &mut dyn FnMut(Stage),
+        tell: &mut (dyn FnMut(Stage) + Send),
     ) -> Result<bool, PipelineError> {
         let VariedMap { map, geometry, .. } = self.map();
         let sources = map.header().scene.sources.clone();
@@ -171,7 +171,7 @@ impl<'a, S: MapStore> Workbench<'a, S> {
     pub fn vary(
         &mut self,
         coefficients: &[Coefficient],
-        tell: &mut dyn FnMut(f64),
+        tell: &mut (dyn FnMut(f64) + Send),
     ) -> Result<Varied, PipelineError> {
         let mut map = self.map();
         let sources = map.map.header().scene.sources.len() as f64;
@@ -196,7 +196,7 @@ pub fn fit(
     measurements: &[Measurement],
     settings: &FitSettings,
     store: &mut impl MapStore,
-    tell: &mut dyn FnMut(Stage),
+    tell: &mut (dyn FnMut(Stage) + Send),
 ) -> Result<Fit, FitError> {
     let start = map.map.header().scene.materials.clone();
     let receivers = map.receivers.len();

@@ -132,7 +132,7 @@ pub fn optimise(
     goals: &[Goal],
     candidates: &[Candidate],
     store: &mut impl MapStore,
-    tell: &mut dyn FnMut(Stage),
+    tell: &mut (dyn FnMut(Stage) + Send),
 ) -> Result<Proposal, OptimiseError> {
     let scene = &map.map.header().scene;
     let start = scene.materials.clone();
@@ -160,7 +160,7 @@ fn search<S: MapStore>(
     model: &Model<'_>,
     combinations: &[Combination],
     bench: &mut Workbench<'_, S>,
-    tell: &mut dyn FnMut(Stage),
+    tell: &mut (dyn FnMut(Stage) + Send),
 ) -> Result<(f64, Proposal), OptimiseError> {
     let (mut rendered, mut nearest, mut best) = (0, f64::INFINITY, None::<(f64, Proposal)>);
     'all: for combination in combinations {

@@ -60,7 +60,7 @@ pub struct VariedMap<'a> {
 pub fn sensitivities(
     mut map: VariedMap<'_>,
     wanted: &[Parameter],
-    progress: &mut dyn FnMut(usize, f64),
+    progress: &mut (dyn FnMut(usize, f64) + Send),
 ) -> Result<Vec<Sensitivity>, RenderError> {
     let materials = map.map.header().scene.materials.iter();
     let names: Vec<String> = materials.map(|material| material.name.clone()).collect();
@@ -98,7 +98,7 @@ impl VariedMap<'_> {
     pub(crate) fn vary(
         &mut self,
         coefficients: &[Coefficient],
-        progress: &mut dyn FnMut(usize, f64),
+        progress: &mut (dyn FnMut(usize, f64) + Send),
     ) -> Result<Varied, RenderError> {
         let scene = &self.map.header().scene;
         let (materials, bands) = (scene.materials.clone(), scene.bands.count());
@@ -114,7 +114,7 @@ impl VariedMap<'_> {
     fn read_variants(
         &mut self,
         variants: &[Vec<Material>],
-        progress: &mut dyn FnMut(usize, f64),
+        progress: &mut (dyn FnMut(usize, f64) + Send),
     ) -> Result<Vec<ReceiverParameters>, RenderError> {
         let Self { map, geometry, receivers, render } = self;
         response::render_variants(map, geometry, receivers, render, variants, progress)

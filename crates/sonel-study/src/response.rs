@@ -45,7 +45,7 @@ pub fn render(
     map: &SonelMap,
     renderer: &Renderer<'_>,
     receivers: &[ReceiverPoint],
-    progress: &mut dyn FnMut(usize, f64),
+    progress: &mut (dyn FnMut(usize, f64) + Send),
 ) -> Result<Vec<Rendering>, RenderError> {
     let scene = &map.header().scene;
     (0..scene.sources.len())
@@ -68,7 +68,7 @@ pub fn render_variants(
     receivers: &[ReceiverPoint],
     settings: &RenderSettings,
     variants: &[Vec<Material>],
-    progress: &mut dyn FnMut(usize, f64),
+    progress: &mut (dyn FnMut(usize, f64) + Send),
 ) -> Result<Response, RenderError> {
     let before = map.widen(variants);
     let rendered = Renderer::new(map, geometry, RenderSettings { edges: false, ..settings.clone() })

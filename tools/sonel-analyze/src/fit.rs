@@ -9,10 +9,10 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use sonel::TemporaryMaps;
 use sonel_acoustics::{Coefficient, Material};
-use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::{Progress, ProgressSink};
 use sonel_console::quantity::counted;
+use sonel_console::{Log, Outcome};
 use sonel_design::fit::{FitSettings, Stage};
 use sonel_design::sensitivity::VariedMap;
 use sonel_renderer::RenderSettings;
@@ -32,7 +32,7 @@ pub fn run(
     arguments: &FitArguments,
     quiet: bool,
     out: &mut dyn Write,
-    log: &mut dyn Write,
+    log: &mut Log<'_>,
 ) -> anyhow::Result<Outcome> {
     let (mut map, geometry) = open::changeable_map(&arguments.map)?;
     let scene = map.header().scene.clone();
@@ -103,12 +103,12 @@ pub fn write_materials(
 /// Shows renderings as bars, and says why the scene is traced again.
 pub struct Stages<'a> {
     quiet: bool,
-    log: &'a mut dyn Write,
+    log: &'a mut Log<'a>,
     bar: Option<(u32, Progress)>,
 }
 
 impl<'a> Stages<'a> {
-    pub fn begin(quiet: bool, log: &'a mut dyn Write) -> Self {
+    pub fn begin<'b: 'a>(quiet: bool, log: &'a mut Log<'b>) -> Self {
         Self { quiet, log, bar: None }
     }
 

@@ -6,8 +6,8 @@ use anyhow::{Context, bail};
 use comfy_table::{CellAlignment, Table, presets};
 use sonel::TemporaryMaps;
 use sonel_analysis::ParameterValue;
-use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output};
+use sonel_console::{Log, Outcome};
 use sonel_design::goal::Goal;
 use sonel_design::optimise::{Candidate, Choice, OptimiseError, Proposal};
 use sonel_design::sensitivity::VariedMap;
@@ -27,7 +27,7 @@ pub fn run(
     arguments: &OptimiseArguments,
     quiet: bool,
     out: &mut dyn Write,
-    log: &mut dyn Write,
+    log: &mut Log<'_>,
 ) -> anyhow::Result<Outcome> {
     let (mut map, geometry) = open::changeable_map(&arguments.map)?;
     let label = arguments.map.display().to_string();

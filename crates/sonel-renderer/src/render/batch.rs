@@ -1,6 +1,7 @@
 //! Stochastic path classes, one batch of emissions at a time.
 
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 use sonel_map::{Arrival, BandValues, Lanes, PathView, PathWeight, Segment, SegmentHistory, lanes_of};
@@ -198,7 +199,7 @@ impl Renderer<'_> {
         source: usize,
         selection: Option<&SonelSelection>,
         tile: &Tile<'_>,
-        progress: &mut dyn FnMut(f64),
+        progress: &mut (dyn FnMut(f64) + Send),
     ) {
         let group = ReceiverGroup { selection, ..self.group(source, tile, rendering.mirror_order) };
         rendering.image_order.extend(group.others.iter().map(|others| others.image_order));
@@ -206,28 +207,32 @@ impl Renderer<'_> {
         self.add_estimates(rendering, tile, fill, progress);
     }
 
-    /// Adds what `fill` finds in each batch at the receivers of `tile` to `rendering`: on all cores, in the order of the batches.
+    /// Adds what `fill` finds in each batch at the receivers of `tile` to `rendering`: on all cores, in the order of the batches. Every core
+    /// reports its batches itself, so that work that is not wanted any more ends with the batch that it is at.
     pub(crate) fn add_estimates(
         &self,
         rendering: &mut Rendering,
         tile: &Tile<'_>,
         fill: impl Fn(u32, &mut BatchEstimate) + Sync,
-        progress: &mut dyn FnMut(f64),
+        progress: &mut (dyn FnMut(f64) + Send),
     ) {
         let (count, weights) = (self.batches, self.batch_weights());
         let mut estimates: Vec<BatchEstimate> = (0..count.min(BATCHES_IN_FLIGHT))
             .map(|_| BatchEstimate::new(tile, self.bins.count, self.table.bands()))
             .collect();
+        let done = Mutex::new((0, progress));
         for first in (0..count).step_by(BATCHES_IN_FLIGHT as usize) {
             let group = &mut estimates[..(count - first).min(BATCHES_IN_FLIGHT) as usize];
             group.par_iter_mut().zip(first..count).for_each(|(estimate, batch)| {
                 estimate.clear();
                 fill(batch, estimate);
+                let (done, progress) = &mut *done.lock().unwrap_or_else(PoisonError::into_inner);
+                *done += 1;
+                progress(f64::from(*done) / f64::from(count));
             });
             for (batch, estimate) in (first as usize..).zip(group) {
                 estimate.add_to(rendering, batch, weights[batch], tile, &self.bins);
             }
-            progress(f64::from(count.min(first + BATCHES_IN_FLIGHT)) / f64::from(count));
         }
     }
 

@@ -316,7 +316,7 @@ impl<'a> Renderer<'a> {
         source: usize,
         receivers: &[ReceiverPoint],
         borders: &[Vec<f64>],
-        progress: &mut dyn FnMut(f64),
+        progress: &mut (dyn FnMut(f64) + Send),
     ) -> Result<Rendering, RenderError> {
         let problems = self.problems(receivers);
         if !problems.is_empty() {
