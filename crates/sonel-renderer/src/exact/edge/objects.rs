@@ -105,7 +105,8 @@ impl Objects {
             let shares = (0..rest.len()).filter(is_next).map(|next| (share(rest[next]), next));
             let Some((share, next)) = shares.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
             let mirror = rest.remove(next);
-            if mirror.height(at) <= 0.0 || mirror.height(image) >= 0.0 {
+            // A sheet mirrors on the side of the path, whichever side of it the mirror was named by.
+            if mirror.height(at) * mirror.height(image) >= 0.0 {
                 blocking.push(mirror.object);
                 break;
             }
