@@ -135,7 +135,7 @@ fn images_begin_and_end_without_a_step() {
 }
 
 /// Two to four sheets that face one another in the open, and walks between and behind them: where direct sound or an image of one or two
-/// reflections begins, nine in ten steps are below 0.1 dB and none is above 0.5 dB. What several objects leave is an interpolation.
+/// reflections begins, nineteen in twenty steps are below 0.1 dB and none is above 0.25 dB. What several objects leave is an interpolation.
 #[test]
 #[ignore = "long: cargo xtask accept"]
 fn nothing_begins_with_a_step_between_sheets_anywhere() {
@@ -165,7 +165,7 @@ fn nothing_begins_with_a_step_between_sheets_anywhere() {
     }
     let beyond = |limit: f64| found.iter().filter(|(step, _)| *step > limit).collect::<Vec<_>>();
     println!("{} boundaries, above 0.1 dB: {:?}", found.len(), beyond(0.1));
-    assert!(found.len() > 30 && 10 * beyond(0.1).len() < found.len() && beyond(0.5).is_empty());
+    assert!(found.len() > 30 && 20 * beyond(0.1).len() < found.len() && beyond(0.25).is_empty());
 }
 
 /// What a corner of two rigid planes mirrors goes past an obstacle that stands in it as it goes from the image of the source in both past the four

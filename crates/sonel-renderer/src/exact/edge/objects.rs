@@ -97,18 +97,21 @@ impl Objects {
     ) -> Vec<u32> {
         let (mut blocking, mut at, mut left) = (Vec::new(), from, None);
         let mut rest = mirrors.to_vec();
-        while !rest.is_empty() {
+        let is_mirrored = loop {
+            if rest.is_empty() {
+                break true;
+            }
             let image = rest.iter().rev().fold(to, |point, mirror| mirror.image(point));
             // Of mirrors at right angles the path meets the nearest first, whatever the order they are given in.
             let share = |mirror: &Mirror| mirror.height(at) / (mirror.height(at) - mirror.height(image));
             let is_next = |next: &usize| rest[..*next].iter().all(|mirror| mirror.is_across(rest[*next]));
             let shares = (0..rest.len()).filter(is_next).map(|next| (share(rest[next]), next));
-            let Some((share, next)) = shares.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+            let Some((share, next)) = shares.min_by(|a, b| a.0.total_cmp(&b.0)) else { break false };
             let mirror = rest.remove(next);
             // A sheet mirrors on the side of the path, whichever side of it the mirror was named by.
             if mirror.height(at) * mirror.height(image) >= 0.0 {
                 blocking.push(mirror.object);
-                break;
+                break false;
             }
             let faces = geometry.faces_between([at, image], left);
             let is_met =
@@ -120,9 +123,12 @@ impl Objects {
             blocking.extend(self.opaque(geometry, table, before.map(|face| face.surface), through));
             at += (image - at) * share;
             left = Some(mirror.plane);
+        };
+        // Where a mirror leads nowhere there is no rest of the path that anything could block.
+        if is_mirrored {
+            let faces = geometry.faces_between([at, to], left);
+            blocking.extend(self.opaque(geometry, table, faces.iter().map(|face| face.surface), through));
         }
-        let faces = geometry.faces_between([at, to], left);
-        blocking.extend(self.opaque(geometry, table, faces.iter().map(|face| face.surface), through));
         blocking.sort_unstable();
         blocking.dedup();
         blocking
