@@ -103,6 +103,8 @@ try {
 
   // A source is dragged; the scene is traced anew with it.
   await page.click("#unpaint");
+  // The room fits its new place first.
+  await page.waitForTimeout(500);
   const [maps, at] = await page.evaluate(() => [shown.maps, shown.room.sources[0].at]);
   const from = await onScreen("source");
   await page.mouse.move(...from);
