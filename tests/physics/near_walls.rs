@@ -54,8 +54,8 @@ fn next_to_walls_intervals_are_at_most_a_few_times_as_wide() {
     for walls in [(0.2, 0.5), (0.1, 0.1)] {
         let receivers: Vec<[f64; 3]> = [MIDDLE].into_iter().chain(NEAR).collect();
         let found = half_widths(&room(SOURCE, &receivers, walls, 8_000));
-        for (place, half_widths) in receivers.iter().zip(&found).skip(1) {
-            let most = if *place == NEAR[4] { 5.0 } else { 3.0 };
+        for (number, (place, half_widths)) in receivers.iter().zip(&found).enumerate().skip(1) {
+            let most = if number == NEAR.len() { 5.0 } else { 3.0 };
             for (parameter, (near, middle)) in half_widths.iter().zip(&found[0]).enumerate() {
                 assert!(near / middle < most * 1.25, "{walls:?} {place:?} {parameter}: {near} {middle}");
             }
