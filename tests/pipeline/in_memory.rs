@@ -81,8 +81,8 @@ fn every_second_of_a_trial_is_in_one_phase() {
             .iter()
             .all(|&s| s > 0.0)
     );
-    // 32 batches in groups of 8, one receiver.
-    assert!((received.sweep - 4.0).abs() < 1e-9, "{received:?}");
+    // 32 batches, one receiver.
+    assert!((received.sweep - 32.0).abs() < 1e-9, "{received:?}");
     let asked = clock.process();
     let all = traced.total() + received.total();
     assert!(all <= asked && all > 0.5 * asked, "{all} of {asked}");
