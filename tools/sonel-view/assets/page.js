@@ -4,6 +4,7 @@ const shown = { pair: null, kept: null, changes: {}, listener: null, source: 0, 
 let view, server, hearing;
 
 async function start() {
+  if (!window.DecompressionStream) return document.body.prepend(make("p", "Room and charts need a browser of 2023 or later; tables are below.", "bad"));
   document.head.append(make("script", await unpacked("libraries")));
   const { room, pairs, charts, live } = JSON.parse(await unpacked("content"));
   charts.forEach((chart, index) => drawChart(`chart${index}`, chart));
