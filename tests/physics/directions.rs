@@ -62,6 +62,7 @@ fn received(traced: &Traced, estimator: Estimator, pattern: Pattern, aim: DVec3)
 /// A parameter of eight along the lateral axis takes the lateral energy, and cardioids along an axis and against it, ((1 + c)² − (1 − c)²)/4 = c,
 /// differ by the moment: the same sound through code of its own. Visibility rays of a pattern end by roulette of their own.
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn directions_are_what_receivers_with_these_patterns_take() {
     let cases = [
         (false, Estimator::Auto, 1e-3),

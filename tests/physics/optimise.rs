@@ -77,6 +77,7 @@ fn a_dear_surface_is_left_alone() {
 }
 
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn of_real_materials_the_one_that_fits_is_chosen() {
     let entry = |absorption: f64| {
         let name = format!("entry {absorption}");

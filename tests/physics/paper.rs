@@ -106,6 +106,7 @@ fn a_sphere_about_the_source_stands_for_its_images() {
 
 /// The paper's room, its screen in the way, and its known level; a map of the best mode serves too.
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn the_seed_room_has_its_level_by_the_paper_s_means() {
     let level = |rendering: &Rendering| 10.0 * sums(&rendering.batches, 0).value.log10();
     let paper = Traced::new(shipped("seed-room"), Settings { emissions: 60_000, ..Settings::default() })

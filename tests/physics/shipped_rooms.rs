@@ -29,6 +29,7 @@ fn value(of: &ParameterValue) -> (f64, f64) {
 /// The church is diffuse enough for Sabine: 6.01 s as the mean of 500 and 1000 Hz (scenes/church/README.md). Barron's strength at a distance r is
 /// 10 lg(100/r² + 31200 T/V e^(−0.04 r/T)), V = 5631 m³. Beyond the intervals the models are trusted to one just-noticeable difference.
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn the_church_reverberates_as_sabine_and_is_as_loud_as_barron_says() {
     let (response, scene) = response("church/scene.toml", &["middle pew", "gallery"]);
     let parameters = sonel_analysis::parameters(response.echograms());
@@ -52,6 +53,7 @@ fn the_church_reverberates_as_sabine_and_is_as_loud_as_barron_says() {
 /// Without screens the nearest workstation has the direct field of 57.4 dB(A) in 1 m, 50.6 dB(A) in 2.2 m, and what desk, floor and ceiling add:
 /// at most two more paths of equal energy and a reverberant field. Screens take at least 3 dB(A) of it and let speech fall faster with distance.
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn screens_of_the_office_screen() {
     let noise_level_db = [52.5, 44.5, 38.9, 35.0, 32.0, 29.8, 28.0];
     let talk = Talk { power_level_db: Some(SPEECH_POWER_LEVEL_DB), noise_level_db };

@@ -163,6 +163,7 @@ fn problems(found: &[Realised], spreads: bool) -> Vec<String> {
 }
 
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn realisations_have_the_levels_times_and_spreads_of_the_echogram() {
     let response = decaying(1.0);
     let found = problems(&realisations(&response, &response, None), true);

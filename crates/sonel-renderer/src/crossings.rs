@@ -90,6 +90,13 @@ impl Crossings {
         }
     }
 
+    /// Multiplies the energy of packets by `factor`.
+    pub(crate) fn scale(&mut self, factor: f64) {
+        for Kind { strongest, nearby, .. } in &mut self.kinds {
+            strongest.iter_mut().chain(nearby).for_each(|lanes| *lanes = *lanes * factor);
+        }
+    }
+
     /// The most that paths may bring to `receiver` of kinds of which none crossed its ball, per band, where one would bring on average
     /// `fluence` of what it carries [1/m²].
     #[must_use]

@@ -89,6 +89,11 @@ impl Deposits {
         self.lines.fill(CacheLine::zeroed());
     }
 
+    /// Multiplies all energies by `factor`.
+    pub fn scale(&mut self, factor: f64) {
+        self.energy_mut().scale(factor);
+    }
+
     #[inline]
     fn energy(&self) -> &[Lanes] {
         bytemuck::cast_slice(&self.lines)

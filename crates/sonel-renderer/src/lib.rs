@@ -27,7 +27,7 @@
 
 /// Revision of the echograms: raised by every change after which the same command may write another response to the same map.
 /// `tests/pipeline` keeps digests of some. Responses of two revisions are never joined.
-pub const REVISION: u32 = 15;
+pub const REVISION: u32 = 16;
 
 mod air;
 mod ball;
@@ -56,6 +56,6 @@ pub use path_class::PathClass;
 pub use receiver::{ReceiverPoint, Sensitivity};
 pub use regions::straight_length;
 pub use render::batch::BATCHES_IN_FLIGHT;
-pub use render::{Preparation, RAYS_IN_FLIGHT, RECEIVERS_IN_FLIGHT, Renderer, is_at_source};
+pub use render::{BatchSums, Preparation, RAYS_IN_FLIGHT, RECEIVERS_IN_FLIGHT, Renderer, is_at_source};
 pub use rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
 pub use settings::{Air, Estimator, MOST_RAYS, RenderSettings};

@@ -154,6 +154,15 @@ impl Rendering {
         }
     }
 
+    /// Multiplies everything that is weighed by batches by `factor`.
+    pub(crate) fn scale(&mut self, factor: f64) {
+        self.total.scale(factor);
+        self.crossings.scale(factor);
+        let classes = self.classes.iter_mut().map(|(_, energy)| energy);
+        let receivers = self.class_energies.iter_mut().chain(&mut self.squares).chain(&mut self.under_way);
+        classes.chain(receivers).flatten().for_each(|value| *value *= factor);
+    }
+
     /// Extends the interval of `receiver` by what it may have missed, `unseen` [1/m²], in the bin of the first arrival at `time` [s]: a bias,
     /// half of which a kernel of half the area would show.
     pub fn add_unseen(&mut self, receiver: usize, borders: &[f64], time: f64, unseen: &[Lanes]) {

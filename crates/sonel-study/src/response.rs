@@ -10,7 +10,7 @@ use sonel_echogram::{
 use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
 use sonel_renderer::{
-    CoarseEchogram, Columns, ReceiverPoint, RenderError, RenderSettings, Renderer, Rendering,
+    BatchSums, CoarseEchogram, Columns, ReceiverPoint, RenderError, RenderSettings, Renderer, Rendering,
 };
 use sonel_scene::Scene;
 
@@ -35,6 +35,20 @@ pub fn borders(
 /// When direct sound of `source` arrives, or would arrive, at every receiver [s].
 fn direct_times(renderer: &Renderer<'_>, source: usize, receivers: &[ReceiverPoint]) -> Vec<f64> {
     receivers.iter().map(|receiver| renderer.direct_time(source, receiver.position)).collect()
+}
+
+/// Sums over no batch of `map` at `receivers`, source by source.
+///
+/// # Errors
+/// [`RenderError::Receivers`] with all problems of all receivers.
+pub fn begin(
+    map: &SonelMap,
+    renderer: &Renderer<'_>,
+    receivers: &[ReceiverPoint],
+) -> Result<Vec<BatchSums>, RenderError> {
+    let scene = &map.header().scene;
+    let begin = |source| renderer.begin(source, receivers, &borders(scene, renderer, source, receivers));
+    (0..scene.sources.len()).map(begin).collect()
 }
 
 /// Renders every source of `map` at `receivers`; `progress` receives the index of the source and the share of it that is done.

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use sonel_acoustics::{Directivity, Material};
 use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
-use sonel_renderer::{Preparation, RenderError, RenderSettings, Renderer};
+use sonel_renderer::{BatchSums, Preparation, ReceiverPoint, RenderError, RenderSettings, Renderer};
 use sonel_scene::Source;
 
 use crate::Result;
@@ -24,16 +24,22 @@ fn kept<K: PartialEq, V: Clone>(kept: &Kept<K, V>, wanted: &K) -> Option<V> {
     Some(kept[0].1.clone())
 }
 
-fn keep<K, V>(kept: &Kept<K, V>, made_for: K, made: V) {
+fn keep<K: PartialEq, V>(kept: &Kept<K, V>, made_for: K, made: V) {
     let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+    kept.retain(|(earlier, _)| *earlier != made_for);
     kept.insert(0, (made_for, made));
     kept.truncate(KEPT);
 }
 
-/// Preparations and designs of a map.
+/// Most receivers whose sums are kept: each takes 2 MB.
+const MOST_RECEIVERS: usize = 64;
+
+/// Preparations, designs and unfinished renderings of a map.
 #[derive(Default)]
 pub(crate) struct Prepared {
     preparations: Kept<For, Arc<Preparation>>,
+    /// Sums over so many first batches at some receivers.
+    sums: Kept<(For, Vec<ReceiverPoint>), (u32, Vec<BatchSums>)>,
     designs: Kept<(Vec<Material>, Vec<Source>), Design>,
 }
 
@@ -62,7 +68,44 @@ struct For {
     directivities: Vec<Directivity>,
 }
 
+impl For {
+    fn rendering(map: &SonelMap, settings: &RenderSettings) -> Self {
+        let scene = &map.header().scene;
+        Self {
+            settings: settings.clone(),
+            materials: scene.materials.clone(),
+            directivities: scene.sources.iter().map(|source| source.directivity.clone()).collect(),
+        }
+    }
+}
+
 impl Prepared {
+    /// Sums of an earlier rendering of the same receivers with at most `batches` batches.
+    pub(crate) fn sums(
+        &self,
+        map: &SonelMap,
+        settings: &RenderSettings,
+        receivers: &[ReceiverPoint],
+        batches: u32,
+    ) -> Option<Vec<BatchSums>> {
+        let wanted = (For::rendering(map, settings), receivers.to_vec());
+        kept(&self.sums, &wanted).filter(|&(kept, _)| kept <= batches).map(|(_, sums)| sums)
+    }
+
+    /// Keeps `sums` over the first `batches` for [`Self::sums`].
+    pub(crate) fn keep_sums(
+        &self,
+        map: &SonelMap,
+        settings: &RenderSettings,
+        receivers: &[ReceiverPoint],
+        batches: u32,
+        sums: &[BatchSums],
+    ) {
+        if receivers.len() <= MOST_RECEIVERS {
+            keep(&self.sums, (For::rendering(map, settings), receivers.to_vec()), (batches, sums.to_vec()));
+        }
+    }
+
     /// A renderer of `map`, whose walls are `geometry`: the map of this cache with its own or other materials and directivities.
     pub(crate) fn renderer<'a>(
         &self,
@@ -70,12 +113,7 @@ impl Prepared {
         geometry: &'a Geometry,
         settings: &RenderSettings,
     ) -> std::result::Result<Renderer<'a>, RenderError> {
-        let scene = &map.header().scene;
-        let wanted = For {
-            settings: settings.clone(),
-            materials: scene.materials.clone(),
-            directivities: scene.sources.iter().map(|source| source.directivity.clone()).collect(),
-        };
+        let wanted = For::rendering(map, settings);
         if let Some(preparation) = kept(&self.preparations, &wanted) {
             return Ok(Renderer::resume(map, geometry, preparation));
         }

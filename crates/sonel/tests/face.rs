@@ -69,16 +69,17 @@ fn an_observer_stops_traces_and_renderings() {
 /// The refinement ends with the rendering of the whole map; what comes before are those of its first batches, with wider intervals.
 #[test]
 fn renderings_are_refined_up_to_the_whole_map() {
-    let map = room().trace(&options(4000), &Silent).expect("a map").map;
-    let refined: Vec<Response> = map
+    let map = || room().trace(&options(4000), &Silent).expect("a map").map;
+    let refined: Vec<Response> = map()
         .refine(&[], &RenderOptions::default(), &Silent)
         .map(|rendered| rendered.expect("a valid map").response)
         .collect();
+    // Of a map of their own, which keeps nothing of other renderings.
     let with = |batches| {
         let options = RenderOptions { batches, ..RenderOptions::default() };
-        map.render(&[], &options, &Silent).expect("a valid map").response
+        map().render(&[], &options, &Silent).expect("a valid map").response
     };
-    assert_eq!(map.refinement_steps(), [4, 8, 16, 32]);
+    assert_eq!(map().refinement_steps(), [4, 8, 16, 32]);
     let energy = |response: &Response| response.echograms().energy.clone();
     assert_eq!(energy(&refined[3]), energy(&with(None)));
     assert_eq!(refined[3].echograms().metadata, with(None).echograms().metadata);

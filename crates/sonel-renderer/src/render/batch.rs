@@ -82,8 +82,15 @@ impl BatchEstimate {
         }
     }
 
-    /// Adds the estimate of `batch` of `weight` at the receivers of `tile` to `rendering`.
-    fn add_to(&self, rendering: &mut Rendering, batch: usize, weight: f64, tile: &Tile<'_>, bins: &TimeBins) {
+    /// Adds the estimate of `batch` of `weight` at the receivers of `tile` to `rendering`, its echograms to `total`.
+    fn add_to(
+        &self,
+        rendering: &mut Rendering,
+        total: &mut Deposits,
+        (batch, weight): (usize, f64),
+        tile: &Tile<'_>,
+        bins: &TimeBins,
+    ) {
         let receivers = tile.receivers.len();
         for (class, sums) in PathClass::ALL.into_iter().zip(&self.sums) {
             for (receiver, sum) in (tile.first..).zip(sums.chunks_exact(sums.len() / receivers)) {
@@ -95,7 +102,7 @@ impl BatchEstimate {
             rendering.add_energy_in_flight(weight, &self.under_way);
         }
         let columns = self.axes.columns();
-        rendering.total.add_receivers(tile.first * columns.fine, &self.deposits, weight);
+        total.add_receivers(tile.first * columns.fine, &self.deposits, weight);
         for (local, column) in (0..receivers).flat_map(|local| (0..columns.coarse).map(move |c| (local, c))) {
             let index = (tile.first + local) * columns.coarse + column;
             rendering.kernel_differences[batch][index].add(&self.kernel.at[local * columns.coarse + column]);
@@ -192,38 +199,44 @@ impl Renderer<'_> {
         }
     }
 
-    /// Adds all batches of `source` at the receivers of `tile` to `rendering`.
+    /// Adds `batches` of `source` at the receivers of `tile` to `rendering`, their echograms to `total`.
     pub(crate) fn add_batches(
         &self,
         rendering: &mut Rendering,
+        total: &mut Deposits,
         source: usize,
-        selection: Option<&SonelSelection>,
         tile: &Tile<'_>,
+        batches: Range<u32>,
         progress: &mut (dyn FnMut(f64) + Send),
     ) {
+        let selection = self.surveys[source].selection.as_ref();
         let group = ReceiverGroup { selection, ..self.group(source, tile, rendering.mirror_order) };
-        rendering.image_order.extend(group.others.iter().map(|others| others.image_order));
+        for (order, others) in rendering.image_order[tile.first..].iter_mut().zip(&group.others) {
+            *order = others.image_order;
+        }
         let fill = |batch, estimate: &mut BatchEstimate| self.estimate(batch, source, &group, estimate);
-        self.add_estimates(rendering, tile, fill, progress);
+        self.add_estimates(rendering, total, tile, batches, fill, progress);
     }
 
-    /// Adds what `fill` finds in each batch at the receivers of `tile` to `rendering`: on all cores, in the order of the batches. Every core
-    /// reports its batches itself, so that work that is not wanted any more ends with the batch that it is at.
+    /// Adds what `fill` finds in each of `batches` at the receivers of `tile` to `rendering`, its echograms to `total`: on all cores, in the
+    /// order of the batches. Every core reports its batches itself, so that work that is not wanted any more ends with the batch that it is at.
     pub(crate) fn add_estimates(
         &self,
         rendering: &mut Rendering,
+        total: &mut Deposits,
         tile: &Tile<'_>,
+        batches: Range<u32>,
         fill: impl Fn(u32, &mut BatchEstimate) + Sync,
         progress: &mut (dyn FnMut(f64) + Send),
     ) {
-        let (count, weights) = (self.batches, self.batch_weights());
+        let count = batches.len() as u32;
         let mut estimates: Vec<BatchEstimate> = (0..count.min(BATCHES_IN_FLIGHT))
             .map(|_| BatchEstimate::new(tile, self.bins.count, self.table.bands()))
             .collect();
         let done = Mutex::new((0, progress));
-        for first in (0..count).step_by(BATCHES_IN_FLIGHT as usize) {
-            let group = &mut estimates[..(count - first).min(BATCHES_IN_FLIGHT) as usize];
-            group.par_iter_mut().zip(first..count).for_each(|(estimate, batch)| {
+        for first in batches.clone().step_by(BATCHES_IN_FLIGHT as usize) {
+            let group = &mut estimates[..(batches.end - first).min(BATCHES_IN_FLIGHT) as usize];
+            group.par_iter_mut().zip(first..batches.end).for_each(|(estimate, batch)| {
                 estimate.clear();
                 fill(batch, estimate);
                 let (done, progress) = &mut *done.lock().unwrap_or_else(PoisonError::into_inner);
@@ -231,7 +244,8 @@ impl Renderer<'_> {
                 progress(f64::from(*done) / f64::from(count));
             });
             for (batch, estimate) in (first as usize..).zip(group) {
-                estimate.add_to(rendering, batch, weights[batch], tile, &self.bins);
+                let weight = self.emissions.batches[batch].weight;
+                estimate.add_to(rendering, total, (batch, weight), tile, &self.bins);
             }
         }
     }

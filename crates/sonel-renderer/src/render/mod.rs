@@ -10,6 +10,7 @@ mod lateral;
 mod ownership;
 mod paper_batch;
 mod specular;
+mod sums;
 mod survey;
 
 use std::ops::Deref;
@@ -27,9 +28,9 @@ use crate::deposit::TimeBins;
 use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius, free_path};
 use crate::error::RenderError;
 use crate::exact::edge::Edges;
-use crate::exact::mirror::{ImageSources, Radiator, lattice_room};
+use crate::exact::mirror::{ImageSources, lattice_room};
 use crate::paper::Paper;
-use crate::receiver::{PreparedReceiver, ReceiverPoint, axes};
+use crate::receiver::{PreparedReceiver, ReceiverPoint};
 use crate::regions::{Airs, carries, distance_to_interface, fit_settings, refuse_regions, straight_length};
 use crate::rendering::Rendering;
 use crate::settings::{Air, Estimator, RenderSettings};
@@ -37,6 +38,8 @@ use crate::stochastic::gather::GatherSettings;
 use crate::stochastic::gather::disc::Sheet;
 use crate::stochastic::mirror_connection::image_order;
 use survey::SonelSurvey;
+
+pub use sums::BatchSums;
 
 /// Receivers rendered in one sweep: few enough that the echograms they share stay in the cache, which halves the time of a
 /// connection; sweeping the paths again costs less than a connection each.
@@ -318,56 +321,11 @@ impl<'a> Renderer<'a> {
         borders: &[Vec<f64>],
         progress: &mut (dyn FnMut(f64) + Send),
     ) -> Result<Rendering, RenderError> {
-        let problems = self.problems(receivers);
-        if !problems.is_empty() {
-            return Err(RenderError::Receivers(problems));
-        }
-        let prepared = self.prepare(source, receivers);
-        let emitter = &self.map.header().scene.sources[source];
-        let radiator = Radiator::new(emitter, self.geometry.center());
-        let image_sources = self.image_sources(source);
-        let (bands, batches) = (self.table.bands(), self.batches as usize);
-        let mut rendering = Rendering::new(borders, axes(&prepared).columns(), &self.bins, bands, batches);
-        rendering.mirror_order = image_sources.order();
-        rendering.sphere_radius = prepared.iter().map(|receiver| receiver.balls.early_radius()).collect();
-        progress(0.0);
-        self.add_late_specular(&mut rendering, source, &prepared, borders);
-        let selection = self.surveys[source].selection.as_ref();
-        let together = self.receivers_in_flight();
-        let tiles = prepared.len().div_ceil(together);
-        for tile in 0..tiles {
-            let range = tile * together..((tile + 1) * together).min(prepared.len());
-            let done = &mut |share| progress((tile as f64 + share) / tiles as f64);
-            let tile = self.tile(source, &prepared, borders, range);
-            self.add_batches(&mut rendering, source, selection, &tile, done);
-        }
-        // Last: which edges matter depends on what else is heard.
-        self.add_deterministic(&mut rendering, source, radiator, image_sources, &prepared, borders);
+        let mut sums = self.begin(source, receivers, borders)?;
+        self.extend(&mut sums, progress);
+        let rendering = self.finish(sums);
         progress(1.0);
-        self.bound_unseen(&mut rendering, source, &prepared, borders);
-        Ok(rendering.spread(&self.classes))
-    }
-
-    /// Extends the intervals of receivers by what none of the packets brought that might have crossed their balls.
-    fn bound_unseen(
-        &self,
-        rendering: &mut Rendering,
-        source: usize,
-        receivers: &[PreparedReceiver],
-        borders: &[Vec<f64>],
-    ) {
-        for (index, (receiver, borders)) in receivers.iter().zip(borders).enumerate() {
-            let fluence = |beam| receiver.balls.at(0.0, beam).fluence_per_crossing();
-            let unseen = rendering.crossings.unseen(index, fluence);
-            let time = self.bins.time(self.straight_length(source, receiver));
-            rendering.add_unseen(index, borders, time, &unseen);
-        }
-    }
-
-    /// Receivers that share a sweep: fewer, where their rays are so many that discs would fill the memory.
-    fn receivers_in_flight(&self) -> usize {
-        let rays = self.gather.as_ref().map_or(1, |(_, settings)| settings.rays);
-        (RAYS_IN_FLIGHT / rays.max(1)).clamp(1, RECEIVERS_IN_FLIGHT) as usize
+        Ok(rendering)
     }
 
     /// Whether image sources own anything.

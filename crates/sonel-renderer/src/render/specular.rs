@@ -4,6 +4,8 @@
 //! reflected specularly and weighted by the product of (1−α)(1−s) in every band; there are four for each packet of the map.
 //! Rays that carry little go on by roulette. Each batch has rays of its own, so the interval covers them.
 
+use std::ops::Range;
+
 use sonel_geometry::{Departure, Hit};
 use sonel_map::{BandValues, Lanes, lanes_of};
 use sonel_sampling::{Purpose, ScrambledSobol, Stream, StreamFamily, warp};
@@ -11,6 +13,7 @@ use sonel_sampling::{Purpose, ScrambledSobol, Stream, StreamFamily, warp};
 use super::Renderer;
 use super::batch::{BatchEstimate, Tile};
 use crate::ball::Beam;
+use crate::deposit::Deposits;
 use crate::exact::mirror::{Radiator, lattice_room};
 use crate::path_class::PathClass;
 use crate::receiver::PreparedReceiver;
@@ -32,13 +35,15 @@ impl Renderer<'_> {
         self.settings.estimator.has_rays() && !is_lattice
     }
 
-    /// Adds L S^k R, k > K, of `source` at all `receivers` to `rendering`.
+    /// Adds L S^k R, k > K, of `batches` of `source` at all `receivers` to `rendering`, their echograms to `total`.
     pub(crate) fn add_late_specular(
         &self,
         rendering: &mut Rendering,
+        total: &mut Deposits,
         source: usize,
         receivers: &[PreparedReceiver],
         borders: &[Vec<f64>],
+        batches: Range<u32>,
     ) {
         if !self.casts_specular_rays() {
             return;
@@ -50,7 +55,7 @@ impl Renderer<'_> {
             let fill = |batch, estimate: &mut BatchEstimate| {
                 self.mirror_rays(source, batch, mirror_order, &tile, estimate);
             };
-            self.add_estimates(rendering, &tile, fill, &mut |_| {});
+            self.add_estimates(rendering, total, &tile, batches.clone(), fill, &mut |_| {});
         }
     }
 

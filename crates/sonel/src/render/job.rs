@@ -81,9 +81,17 @@ impl<'a> Job<'a> {
         self.demand(&renderer, &settings).admit(self.memory, "give fewer receivers or wider bins", watch)?;
         let opened = watch.seconds();
         let sources = map.header().scene.sources.len() as f64;
-        let renderings = response::render(map, &renderer, receivers, &mut |source, share| {
-            watch.progress(STEP, (source as f64 + share) / sources);
-        })?;
+        let mut sums = match self.prepared.sums(map, &settings, receivers, renderer.batches()) {
+            Some(sums) => sums,
+            None => response::begin(map, &renderer, receivers)?,
+        };
+        for (source, sums) in sums.iter_mut().enumerate() {
+            renderer.extend(sums, &mut |share| watch.progress(STEP, (source as f64 + share) / sources));
+        }
+        if renderer.batches() < map.header().settings.batches {
+            self.prepared.keep_sums(map, &settings, receivers, renderer.batches(), &sums);
+        }
+        let renderings: Vec<Rendering> = sums.into_iter().map(|sums| renderer.finish(sums)).collect();
         map.require_unchanged().at(|| label.to_owned())?;
         watch.progress(STEP, 1.0);
         let seconds = watch.seconds().1 - begin;

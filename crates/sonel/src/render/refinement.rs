@@ -10,8 +10,7 @@ const FIRST: u32 = 8;
 
 /// Renderings of the same receivers, each of twice the batches of the one before: the first of an eighth, the last of the whole map.
 ///
-/// Where batches take all the time, all steps together take 1.9 times that of the last. What each step does anew comes on top: in a furnished
-/// office 2.4 times were measured.
+/// Each step goes on from the batches of the one before, for up to 64 receivers. What is deterministic, image sources and edges, it finds anew.
 pub struct Refinement<'a> {
     map: &'a Map,
     receivers: Vec<ReceiverPoint>,
