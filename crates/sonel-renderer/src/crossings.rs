@@ -93,7 +93,8 @@ impl Crossings {
     /// Multiplies the energy of packets by `factor`.
     pub(crate) fn scale(&mut self, factor: f64) {
         for Kind { strongest, nearby, .. } in &mut self.kinds {
-            strongest.iter_mut().chain(nearby).for_each(|lanes| *lanes = *lanes * factor);
+            strongest.scale(factor);
+            nearby.scale(factor);
         }
     }
 
