@@ -4,7 +4,9 @@ use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
-use crate::obj::{Face, FileTerms, LineProblem, MaterialName, NAMELESS, Polygons, Vertices, and_more};
+use crate::obj::{
+    Face, FileTerms, LineProblem, MaterialName, NAMELESS, Polygons, Vertices, and_more, repeated,
+};
 
 /// Faces read so far and what is wrong with them.
 pub(crate) struct Collector {
@@ -44,7 +46,7 @@ impl Collector {
         self.problems.push(self.terms.problem(place, message.as_ref()));
     }
 
-    /// Adds a polygon under a name; one with fewer than three different corners is counted and left out. `place` is its line, or
+    /// Adds a polygon under a name; one without area is counted and left out, corners that follow themselves are one. `place` is its line, or
     /// its number from 1.
     pub(crate) fn face(&mut self, corners: &[DVec3], name: &str, place: usize) {
         if let Some(corner) = corners.iter().find(|corner| !corner.is_finite()) {
@@ -52,17 +54,31 @@ impl Collector {
             return;
         }
         let start = self.corners.len();
-        let mut seen = HashSet::with_capacity(corners.len());
         for corner in corners {
             let index = self.vertices.index_of(*corner);
-            if seen.insert(index) {
+            if self.corners[start..].last() != Some(&index) {
                 self.corners.push(index);
             }
         }
-        if self.corners.len() < start + 3 {
+        if self.corners.len() > start + 1 && self.corners.last() == Some(&self.corners[start]) {
+            self.corners.pop();
+        }
+        let outline = &self.corners[start..];
+        let different = outline.iter().collect::<HashSet<_>>().len();
+        // Of three corners more than a triangle is a line that is walked there and back.
+        if different < 3 || different == 3 && outline.len() > 3 {
             self.corners.truncate(start);
             let (first, before) = self.flat.unwrap_or((place, 0));
             self.flat = Some((first, before + 1));
+            return;
+        }
+        if let Some(twice) = repeated(outline) {
+            self.corners.truncate(start);
+            let corner = self.vertices.positions[twice as usize];
+            self.problem(
+                place,
+                format!("the corner at {corner} occurs twice in the outline; split the face"),
+            );
             return;
         }
         let name = self.name(name.trim(), place);

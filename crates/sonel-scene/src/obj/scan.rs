@@ -239,9 +239,9 @@ fn shortened(word: &str) -> String {
 }
 
 /// A vertex that occurs twice in an outline but not at an end of a bridge to a hole, which is walked there and back: `a b … b a`.
-fn repeated(corners: &[u64]) -> Option<u64> {
+pub(crate) fn repeated<Index: Copy + Ord>(corners: &[Index]) -> Option<Index> {
     let count = corners.len();
-    let mut sorted: Vec<(u64, usize)> = corners.iter().copied().zip(0..).collect();
+    let mut sorted: Vec<(Index, usize)> = corners.iter().copied().zip(0..).collect();
     sorted.sort_unstable();
     let is_bridge = |i: usize, j: usize| {
         let [after, before] =

@@ -213,21 +213,37 @@ fn layers_name_the_surfaces_of_ply() {
 /// A polygon with a hole, drawn as one outline that walks a bridge to the hole there and back.
 #[test]
 fn a_keyhole_has_the_area_of_its_outline_less_that_of_its_hole() {
-    let vertices = "v 0 0 0\nv 6 0 0\nv 6 5 0\nv 0 5 0\nv 2 1 0\nv 2 3 0\nv 4 3 0\nv 4 1 0\nusemtl floor\n";
-    let mesh = loaded("k.obj", "", format!("{vertices}f 1 2 3 4 1 5 6 7 8 5\n").as_bytes()).scene.mesh;
-    let area = |triangle: u32| {
-        let [a, b, c] = mesh.corners(triangle);
-        0.5 * (b - a).cross(c - a).z
+    let vertices = ["0 0 0", "6 0 0", "6 5 0", "0 5 0", "2 1 0", "2 3 0", "4 3 0", "4 1 0"];
+    let obj = |outline: &[usize]| {
+        let vertices: String = vertices.iter().map(|vertex| format!("v {vertex}\n")).collect();
+        let outline: String = outline.iter().map(|corner| format!(" {}", corner + 1)).collect();
+        format!("{vertices}usemtl floor\nf{outline}\n")
     };
-    let areas: Vec<f64> = (0..mesh.triangles.len() as u32).map(area).collect();
-    assert!(
-        (areas.iter().sum::<f64>() - 26.0).abs() < 1e-9 && areas.iter().all(|area| *area > 0.0),
-        "{areas:?}"
-    );
-    for outline in ["1 2 3 4 2", "1 2 3 2 1 4", "1 1 2 3"] {
-        let said = refused("k.obj", format!("{vertices}f {outline}\n").as_bytes());
-        assert!(said.contains("occurs twice; split the face"), "{outline}: {said}");
+    let ply = |outline: &[usize]| {
+        let head = "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
+                    property list uchar int vertex_indices\nend_header\n";
+        let outline: String = [outline.len()].iter().chain(outline).map(|word| format!("{word} ")).collect();
+        format!("{head}{}\n{outline}\n", vertices.join("\n"))
+    };
+    type File<'a> = &'a dyn Fn(&[usize]) -> String;
+    for (name, file) in [("k.obj", &obj as File<'_>), ("k.ply", &ply)] {
+        let mesh = loaded(name, "", file(&[0, 1, 2, 3, 0, 4, 5, 6, 7, 4]).as_bytes()).scene.mesh;
+        let area = |triangle: u32| {
+            let [a, b, c] = mesh.corners(triangle);
+            0.5 * (b - a).cross(c - a).z
+        };
+        let areas: Vec<f64> = (0..mesh.triangles.len() as u32).map(area).collect();
+        assert!(
+            (areas.iter().sum::<f64>() - 26.0).abs() < 1e-9 && areas.iter().all(|area| *area > 0.0),
+            "{name}: {areas:?}"
+        );
+        for outline in [&[0, 1, 2, 3, 1][..], &[0, 1, 2, 1, 0, 3]] {
+            let said = refused(name, file(outline).as_bytes());
+            assert!(said.contains("occurs twice"), "{name}, {outline:?}: {said}");
+        }
     }
+    assert!(refused("k.obj", obj(&[0, 0, 1, 2]).as_bytes()).contains("occurs twice; split the face"));
+    assert_eq!(loaded("k.ply", "", ply(&[0, 0, 1, 2]).as_bytes()).scene.mesh.triangles.len(), 1);
 }
 
 #[test]
