@@ -5,7 +5,12 @@
 
 import io
 import json
+import os
+import re
+import subprocess
+import sys
 import tarfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +19,33 @@ import sonel
 ROOMS = {"seed": 3, "size": [[3, 3, 2.4], [4, 4, 2.6]], "t60": (0.2, 0.4)}
 QUICK = {"trace": {"packets": 300}, "render": {"order": 1, "rays": 64, "effects": "-diffraction"}, "progress": False}
 ARRAY = [[0.0, 0.03, 0.0], [0.0, -0.03, 0.0]]
+# Loads data without workers and then with two that are forked after sonel has worked; both must be the same.
+LOADER = """
+import pathlib
+import numpy as np, sonel, torch
+
+{dataset}
+
+data = {made}
+loaders = [
+    torch.utils.data.DataLoader(data, batch_size=4),
+    torch.utils.data.DataLoader(data, batch_size=4, num_workers=2, multiprocessing_context="fork"),
+]
+alone, forked = [[[part.numpy() for part in batch] for batch in loader] for loader in loaders]
+assert len(alone) == 2
+for own, other in zip(alone, forked):
+    for left, right in zip(own, other):
+        np.testing.assert_array_equal(left, right)
+"""
+SIMULATED = """
+class Simulated(torch.utils.data.Dataset):
+    def __len__(self):
+        return 6
+    def __getitem__(self, index):
+        scene = sonel.Scene.shoebox([5, 4, 3], 0.3, sources=[1, 1, 1.5], receivers=[4, 3, 1.2], duration_s=0.3)
+        response = sonel.trace(scene, packets=300, seed=index + 1).render(rays=64)
+        return torch.tensor(response.energy), torch.tensor(response.parameters()["clarity_c50_db"])
+"""
 
 
 def shoebox(**keys):
@@ -123,3 +155,27 @@ def test_labels_are_those_of_the_response(tmp_path):
         assert archive.getnames() == [f"00000{i}-0-0.{end}" for i in (0, 1) for end in ("ir.npy", "json")]
         np.testing.assert_array_equal(np.load(io.BytesIO(archive.extractfile("000001-0-0.ir.npy").read())), samples)
         assert json.load(archive.extractfile("000001-0-0.json"))["samples"] == samples.shape[-1]
+
+
+def load_in_torch(tmp_path, dataset, made):
+    """Runs LOADER in the interpreter that has torch, with this package and the packages of that interpreter."""
+    interpreter = os.environ.get("SONEL_TORCH_PYTHON", sys.executable)
+    if not hasattr(os, "fork") or subprocess.run([interpreter, "-c", "import torch"], capture_output=True).returncode:
+        pytest.skip(f"{interpreter} has no torch, or processes are not forked here")
+    package = tmp_path / "package"
+    package.mkdir()
+    (package / "sonel").symlink_to(Path(sonel.__file__).parent)
+    command = [interpreter, "-c", LOADER.format(dataset=dataset, made=made)]
+    subprocess.run(command, env={**os.environ, "PYTHONPATH": str(package)}, timeout=120, check=True)
+
+
+def test_the_documented_data_set_of_torch_has_the_same_rows_in_forked_workers(tmp_path):
+    text = (Path(__file__).parents[2] / "docs" / "python.md").read_text(encoding="utf-8")
+    [documented] = re.findall(r"```python\n(class Responses.*?)```", text, re.DOTALL)
+    paths = sonel.dataset(sonel.random_rooms(6, **ROOMS), tmp_path / "rooms", microphones=ARRAY, shard_size=2, **QUICK)
+    assert len({np.load(path)["ir"].shape for path in paths}) == 3, "lengths differ between shards"
+    load_in_torch(tmp_path, documented, f"Responses({str(tmp_path / 'rooms')!r})")
+
+
+def test_sonel_works_in_forked_workers_of_torch_after_it_has_worked_before(tmp_path):
+    load_in_torch(tmp_path, SIMULATED, "Simulated()")

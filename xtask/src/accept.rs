@@ -56,7 +56,7 @@ pub fn run(part: Option<Part>) -> Result<()> {
         (Part::Site, || site::accept().map(|()| None)),
         (Part::Dist, dist::accept),
         (Part::Portable, portable::accept),
-        (Part::Python, || python_package::accept().map(|()| None)),
+        (Part::Python, python_package::accept),
         (Part::View, view::accept),
         (Part::Measured, || measured::accept().map(|()| None)),
         (Part::Attack, || attack::accept().map(|()| None)),

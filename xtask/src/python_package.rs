@@ -18,6 +18,8 @@ const TESTS: &str = "python/tests";
 const PACKAGE: &str = "target/python/package";
 const WHEEL_ENVIRONMENT: &str = "target/wheel";
 const WHEEL_REQUIREMENTS: &str = "python/requirements-accept.txt";
+/// Debian's interpreter: its package python3-torch is much smaller than the wheel of torch.
+const SYSTEM_PYTHON: &str = "/usr/bin/python3";
 const NOTEBOOKS: [&str; 2] = ["python/first-hour.ipynb", "python/arrays.ipynb"];
 
 /// Tests the package as the workspace compiles it.
@@ -40,16 +42,29 @@ pub fn check() -> Result<()> {
     shown(tests(&python, &programs).env("PYTHONPATH", root.join(PACKAGE)))
 }
 
-/// Builds the wheel, installs it, tests it, and runs the notebooks.
-pub fn accept() -> Result<()> {
+/// Builds the wheel, installs it, tests it, and runs the notebooks. Where something of it cannot run: what it needs.
+pub fn accept() -> Result<Option<&'static str>> {
     let folder = python::environment(WHEEL_ENVIRONMENT, WHEEL_REQUIREMENTS)?;
     let python = folder.join("python");
     let programs = workspace::programs(Profile::Release)?;
     let run = |words: &[&str]| shown(Command::new(&python).args(words));
-    run(&["-m", "pip", "install", "--quiet", "--force-reinstall", "--no-deps", "./python"])?;
-    shown(&mut tests(&python, &programs))?;
+    install_wheel(&python)?;
+    let torch = Command::new(SYSTEM_PYTHON).args(["-c", "import torch"]).output();
+    let has_torch = torch.is_ok_and(|output| output.status.success());
+    let mut tests = tests(&python, &programs);
+    if has_torch {
+        tests.env("SONEL_TORCH_PYTHON", SYSTEM_PYTHON);
+    }
+    shown(&mut tests)?;
     run(&["-m", "mypy", "--strict", "--package", "sonel"])?;
-    NOTEBOOKS.iter().try_for_each(|notebook| run(&["-m", "jupyter", "execute", notebook]))
+    NOTEBOOKS.iter().try_for_each(|notebook| run(&["-m", "jupyter", "execute", notebook]))?;
+    Ok((!has_torch).then_some("the torch example of docs/python.md needs Debian's python3-torch"))
+}
+
+/// Builds the wheel and installs it for the interpreter `python`.
+pub fn install_wheel(python: &Path) -> Result<()> {
+    let install = ["-m", "pip", "install", "--quiet", "--force-reinstall", "--no-deps", "./python"];
+    shown(Command::new(python).args(install))
 }
 
 fn tests(python: &Path, programs: &Path) -> Command {
