@@ -1,6 +1,6 @@
 """Impulse responses judged by strangers: pyrato reads their parameters, SciPy's spherical harmonics their directions, sofar verifies SOFA.
 
-`cargo xtask python-package` runs this with the folder of the programs in SONEL_PROGRAMS.
+`cargo xtask python-package` runs this with the folder of the programs in SONEL_PROGRAMS, `cargo xtask accept python` with SONEL_LONG what takes long.
 """
 
 import json
@@ -21,6 +21,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SHOEBOX = ROOT / "scenes/shoebox/scene.toml"
 PROGRAMS = Path(os.environ["SONEL_PROGRAMS"])
 RATE = 48_000
+LONG = pytest.mark.skipif("SONEL_LONG" not in os.environ, reason="long: cargo xtask accept python")
 SEATS = {"near": [6.0, 4.0, 1.2], "far": [8.5, 5.5, 2.25]}
 
 
@@ -127,6 +128,7 @@ def jackknifed(of, energies):
     return of(energies.mean(0)), np.sqrt((count - 1) * without.var(axis=0))
 
 
+@LONG
 def test_pyrato_reads_the_parameters_of_the_response(response):
     """Realisations scatter: their mean lies within four standard errors, and a tenth of a just-noticeable difference (5 % of T, 1 dB of
     C80, 0.05 of D50, 10 ms of Ts) for time bins of 1 ms."""
@@ -147,6 +149,7 @@ def test_pyrato_reads_the_parameters_of_the_response(response):
     assert not np.all(np.abs(by_pyrato(faster)[0] - expected[0]) < allowed[0])
 
 
+@LONG
 def test_pyrato_reads_t30_of_one_matched_response(response):
     """Within 0.3 of a just-noticeable difference of 5 %; the same seeds without `match` are farther off."""
     start = direct_sample(response, 0)
@@ -269,6 +272,7 @@ def test_a_walk_is_that_of_the_program_and_shifts_a_tone(tmp_path):
     steady = walked[0, 0, 2000:15_000].astype(float)
     spectrum = np.abs(np.fft.rfft(steady * np.hanning(len(steady)), 1 << 20))
     assert np.argmax(spectrum) * rate / (1 << 20) == pytest.approx(1000 * (1 + speed / room.render([9, 3, 2]).speed_of_sound), abs=0.3)
+    path, signal = [[0.0, 9.0, 3.0, 2.0], [0.2, 8.0, 3.0, 2.0]], signal[: rate // 5]
     room.save(tmp_path / "room.sonelmap")
     (tmp_path / "walk.csv").write_text("time,x,y,z\n" + "".join(",".join(map(str, row)) + "\n" for row in path))
     scipy.io.wavfile.write(tmp_path / "dry.wav", rate, signal)

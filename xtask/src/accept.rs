@@ -118,7 +118,8 @@ fn tests() -> Result<()> {
     };
     in_release(&["--test", "accept", "--package", "sonel-geometry", "--test", "rays", "--"])?;
     let with_units = ["--package", "sonel-testkit", "--package", "sonel-diffraction", "--lib"];
-    in_release(&[&["--test", "physics"], &with_units[..], &["--", "--ignored"]].concat())
+    let ours = ["--test", "physics", "--test", "stability"];
+    in_release(&[&ours, &with_units[..], &["--", "--ignored"]].concat())
 }
 
 fn succeed(mut command: Command) -> Result<()> {

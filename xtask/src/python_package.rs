@@ -52,6 +52,7 @@ pub fn accept() -> Result<Option<&'static str>> {
     let torch = Command::new(SYSTEM_PYTHON).args(["-c", "import torch"]).output();
     let has_torch = torch.is_ok_and(|output| output.status.success());
     let mut tests = tests(&python, &programs);
+    tests.env("SONEL_LONG", "1");
     if has_torch {
         tests.env("SONEL_TORCH_PYTHON", SYSTEM_PYTHON);
     }

@@ -46,6 +46,7 @@ fn warned(response: &Response, factor: impl Fn(&mut Uniform) -> f64) -> f64 {
 
 /// Batches that are normal are trusted; batches ruled by rare events are warned of.
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn heavy_tails_are_said() {
     let response = response();
     let sound = warned(&response, |random| 1.0 + 0.05 * normal(random));
