@@ -670,8 +670,10 @@ def dataset(
         Numbers of the shards to write, from 0 (default all): jobs of a cluster that share a folder write one each.
     format
         npz, or tar of WebDataset.
-    sample_rate, match, seed
+    sample_rate, match
         As for `Response.impulse_responses`.
+    seed
+        Of the pulses of the first room (default that of its map); each room has the next one.
     early
         How many of the strongest listed arrivals are labels.
     duration

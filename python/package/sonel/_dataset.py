@@ -122,7 +122,9 @@ def _rows(index: int, scene: Scene, microphones: Any, options: dict[str, Any]) -
         tracing = {**tracing, "duration": options["duration"] or statistical}
     room = trace(scene, threads=1, progress=False, **tracing)
     response = room.render(threads=1, progress=False, **rendering)
-    sounds = {"seed": options["seed"], "sample_rate": options["sample_rate"], "match": options["match"]}
+    # Copies of a room in other materials would otherwise share the pulses of their late sound.
+    seed = (room.seed if options["seed"] is None else options["seed"]) + index
+    sounds = {"seed": seed, "sample_rate": options["sample_rate"], "match": options["match"]}
     responses = response.impulse_responses(array=microphones, **sounds)
     places = np.zeros((1, 3)) if microphones is None else _positions(microphones)
     labels = _labels(response, options["early"])
