@@ -6,7 +6,7 @@ use crate::conform::{Conformed, conform};
 use crate::cracks::{find_cracks, joined_up};
 use crate::edges::{Edge, Survey};
 use crate::index::{Index, Met};
-use crate::layers::{Layers, unite};
+use crate::layers::{Layers, Redrawn, unite};
 use crate::orient::{Oriented, orient};
 use crate::probe::{LocalPlane, Probe};
 use crate::rim::{Rim, keep_inside, rims};
@@ -54,7 +54,7 @@ pub struct Geometry {
     open_edges: Vec<[u32; 2]>,
     cracks: Vec<Crack>,
     crossings: Vec<Crossing>,
-    united_area: f64,
+    redrawn: Vec<Redrawn>,
     edges: Vec<Edge>,
     exposed: Vec<f64>,
     dropped: usize,
@@ -93,7 +93,7 @@ impl Geometry {
         let tolerance = f64::from(scale.resolution());
         let Conformed { crossings, stacks } = conform(&mut mesh, tolerance);
         let is_border = |material: u32| kind(material) == FaceKind::Interface;
-        let Layers { twins, is_doubled, united_area } = unite(&mut mesh, &stacks, is_border, tolerance);
+        let Layers { twins, is_doubled, redrawn } = unite(&mut mesh, &stacks, is_border, tolerance);
         let kinds: Vec<FaceKind> = mesh.triangles.iter().map(|triangle| kind(triangle.material)).collect();
         let is_interface: Vec<bool> = kinds.iter().map(|&kind| kind == FaceKind::Interface).collect();
         let mut edges = shared_edges(&mesh);
@@ -140,7 +140,7 @@ impl Geometry {
             open_edges,
             cracks: joined_up(&edges, &facing),
             crossings,
-            united_area,
+            redrawn,
             edges: Vec::new(),
             exposed,
             dropped: welded.dropped,

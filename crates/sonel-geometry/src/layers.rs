@@ -11,7 +11,9 @@ use crate::cracks::{Facing, find_cracks};
 use crate::surfaces::PARALLEL;
 use crate::topology::{Connected, SharedEdge, shared_edges};
 use foldhash::HashMap;
+use glam::DVec3;
 use smallvec::SmallVec;
+use std::collections::BTreeMap;
 
 /// Faces in one place, in the order in which they were drawn.
 pub(crate) type Stack = SmallVec<[u32; 2]>;
@@ -23,8 +25,19 @@ pub(crate) struct Layers {
     pub twins: Vec<[u32; 2]>,
     /// Whether two bodies touch in each face; empty where none do.
     pub is_doubled: Vec<bool>,
-    /// Area that was drawn again and left out [m²].
-    pub united_area: f64,
+    /// What was drawn again and left out, by the materials.
+    pub redrawn: Vec<Redrawn>,
+}
+
+/// Faces that were drawn where others are, and left out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Redrawn {
+    /// Materials of the faces that count, which were drawn first, and of those that were left out.
+    pub materials: [u32; 2],
+    /// Area [m²].
+    pub area: f64,
+    /// Its centroid, in world coordinates [m].
+    pub center: DVec3,
 }
 
 /// Patches: stacks of faces that continue one another in one plane and have the same materials.
@@ -90,13 +103,26 @@ pub(crate) fn unite(
     let kept: Vec<Stack> =
         stacks.iter().zip(&rims).map(|(faces, rim)| kept(mesh, &cells, faces, rim)).collect();
     let mut is_out = vec![false; mesh.triangles.len()];
-    let mut united_area = 0.0;
+    let mut redrawn: BTreeMap<[u32; 2], (f64, DVec3)> = BTreeMap::new();
     for (faces, kept) in stacks.iter().zip(&kept) {
         faces.iter().filter(|face| !kept.contains(face)).for_each(|&face| is_out[face as usize] = true);
         kept.iter().for_each(|&face| is_doubled[face as usize] = is_doubled[faces[0] as usize]);
         let drawn_again = faces.len().saturating_sub(kept.len() + cells.solids(faces[0]));
-        united_area += drawn_again as f64 * mesh.vector_area(faces[0]).length();
+        let left_out = faces.iter().rev().find(|face| !kept.contains(face));
+        if let Some(&left_out) = left_out.filter(|_| drawn_again > 0) {
+            let materials = [faces[0], left_out].map(|face| mesh.triangles[face as usize].material);
+            let area = drawn_again as f64 * mesh.vector_area(faces[0]).length();
+            let center = mesh.corners(left_out).iter().sum::<DVec3>() / 3.0;
+            let sum = redrawn.entry(materials).or_default();
+            *sum = (sum.0 + area, sum.1 + area * center);
+        }
     }
+    let redrawn = redrawn.into_iter().map(|(materials, (area, moment))| Redrawn {
+        materials,
+        area,
+        center: moment / area,
+    });
+    let redrawn = redrawn.collect();
     let mut left = 0;
     let names: Vec<u32> = is_out.iter().map(|is_out| (left, left += u32::from(!is_out)).0).collect();
     let pairs = kept.iter().filter(|kept| kept.len() == 2);
@@ -105,7 +131,7 @@ pub(crate) fn unite(
     mesh.triangles.retain(|_| outs.next() == Some(&false));
     let mut outs = is_out.iter();
     is_doubled.retain(|_| outs.next() == Some(&false));
-    Layers { twins, is_doubled, united_area }
+    Layers { twins, is_doubled, redrawn }
 }
 
 /// A mesh with the first faces of its stacks alone.

@@ -44,12 +44,12 @@ pub enum Obstacle {
         clearance: f64,
     },
     /// A closed object.
-    #[error("is inside a closed object where no sound arrives, {} from its surface{}", Length(*.distance), beside(*.is_open))]
+    #[error("is inside a closed object where no sound arrives, {} from its surface{}", Length(*.distance), .advice.0)]
     Solid {
         /// [m].
         distance: f64,
-        /// Whether it stands in the open, where it may have been drawn as a room.
-        is_open: bool,
+        /// How a room would be drawn instead.
+        advice: Advice,
     },
     /// The hull of the closed room.
     #[error(
@@ -75,13 +75,20 @@ impl fmt::Display for Length {
     }
 }
 
-/// Advice on how to draw a room beside others.
-fn beside(is_open: bool) -> &'static str {
-    if is_open {
-        " (a room beside others needs a wall that transmits, parallel to one of a neighbour and at most 1 m away)"
-    } else {
-        ""
-    }
+/// How a closed object that may be meant as a room would be drawn as one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Advice(&'static str);
+
+impl Advice {
+    const NONE: Self = Self("");
+    /// In the open.
+    const BESIDE_OTHERS: Self = Self(
+        " (a room beside others needs a wall that transmits, parallel to one of a neighbour and at most 1 m away)",
+    );
+    /// Where it fills most of the hull.
+    const WITHIN_A_SHELL: Self = Self(
+        " (it fills most of another closed object: where that is the outside of thick walls, leave the outside out; air is what is within the outermost faces)",
+    );
 }
 
 fn proposal(free: &Option<DVec3>) -> String {
@@ -101,6 +108,10 @@ impl Geometry {
     pub fn check_place(&self, point: DVec3, sources: &[DVec3]) -> Result<(), Misplaced> {
         match self.obstacle(point, sources) {
             None => Ok(()),
+            // What is free there is within the walls.
+            Some(obstacle @ Obstacle::Solid { advice: Advice::WITHIN_A_SHELL, .. }) => {
+                Err(Misplaced { obstacle, free: None })
+            }
             Some(obstacle) => {
                 let away = |distance: f64| self.free_place(point, sources, distance, PUSHES);
                 Err(Misplaced { obstacle, free: PROPOSED_DISTANCES.into_iter().find_map(away) })
@@ -119,8 +130,15 @@ impl Geometry {
             return Some(Obstacle::Hull { distance });
         }
         let is_reached = || !self.cells.is_room && sources.iter().any(|&source| self.cell_at(source) == cell);
-        (!self.cells.cell(cell).is_air && !is_reached())
-            .then_some(Obstacle::Solid { distance, is_open: !self.cells.is_room })
+        if self.cells.cell(cell).is_air || is_reached() {
+            return None;
+        }
+        let advice = match self.volume() {
+            None => Advice::BESIDE_OTHERS,
+            Some(air) if self.cells.cell(cell).volume > air => Advice::WITHIN_A_SHELL,
+            Some(_) => Advice::NONE,
+        };
+        Some(Obstacle::Solid { distance, advice })
     }
 
     /// A free position near `point`, at least `distance` [m] from every surface: beside the nearest surface, then beside the next one, at most

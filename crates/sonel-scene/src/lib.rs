@@ -42,6 +42,7 @@ pub use effect::Effect;
 pub use load::{Document, Loaded, load, load_materials, load_receivers, read_material, read_variants};
 pub use materials_file::materials_toml;
 pub use media::{Airs, Media, NO_AIR, Region};
+pub use notation::shell_word;
 pub use polygon_mesh::PolygonMesh;
 pub use problem::{Place, Problem, SceneErrors};
 pub use propagation::{AirSide, Flight, Interface, Leg, Propagation};

@@ -6,14 +6,15 @@ use std::ops::Range;
 
 use glam::DVec3;
 use sonel_acoustics::{Bands, Directivity, Material};
-use sonel_geometry::{Geometry, Mesh};
+use sonel_geometry::{Geometry, Mesh, Redrawn};
 use toml::de::DeTable;
 
 use crate::bands::{self, BandChoice};
 use crate::document::{Entry, Table, quoted_key};
+use crate::formats;
 use crate::inspection::inspect;
 use crate::library;
-use crate::notation::{count, number};
+use crate::notation::{count, number, place, shell_word};
 use crate::polygon_mesh::PolygonMesh;
 use crate::report::{Remarks, Report};
 use crate::room;
@@ -46,6 +47,8 @@ const KEYS: [&str; 16] = [
     "receivers",
 ];
 
+/// Most mistakes of notation that are listed: files of another kind have one in every line.
+const MOST_TOML_ERRORS: usize = 10;
 /// Message of the parser about a key that is given twice.
 const DUPLICATE_KEY: &str = "duplicate key";
 
@@ -273,18 +276,40 @@ fn read_all<'t, T>(
     let (document, errors) = DeTable::parse_recoverable(toml_text);
     // A key given twice leaves a sound document; after any other error the rest is guesswork.
     let is_readable = errors.iter().all(|error| error.message() == DUPLICATE_KEY);
-    for error in &errors {
+    if !is_readable && formats::is_mesh(file_label) {
+        let message =
+            format!("a mesh, no scene: sonel-trace new {} writes a scene for it", shell_word(file_label));
+        report.problem(0, message);
+        return Err(report.finish().err().unwrap_or(SceneErrors { problems: Vec::new() }));
+    }
+    for error in errors.iter().take(MOST_TOML_ERRORS) {
         let span = error.span().unwrap_or(0..0);
         match toml_text.get(span.clone()).filter(|_| error.message() == DUPLICATE_KEY) {
             Some(key) => report.problem(span.start, format!("{key}: given twice; keep one of the two")),
-            None => report.problem(span.start, error.message()),
+            None => report.problem(span.start, in_words(error.message(), toml_text, span.start)),
         }
+    }
+    if let Some(more) = errors.len().checked_sub(MOST_TOML_ERRORS).filter(|more| *more > 0) {
+        let last = errors.last().and_then(|error| error.span()).map_or(0, |span| span.start);
+        report.problem(last, format!("and {more} more mistakes up to this line: is it a scene file?"));
     }
     if !is_readable {
         return Err(report.finish().err().unwrap_or(SceneErrors { problems: Vec::new() }));
     }
     let result = read(&Table::document(&Entries::parsed(document.get_ref())), &mut report);
     Ok((result, report))
+}
+
+/// What the parser says of a mistake at a place of the text, with the remedy for numbers that other programs and countries write.
+fn in_words(message: &str, text: &str, at: usize) -> String {
+    let (before, after) = (text.get(..at).unwrap_or(""), text.get(at..).unwrap_or(""));
+    if message.starts_with("invalid mantissa") || message.starts_with("invalid fraction") {
+        return "numbers have digits before and after the point, such as 0.1 and 2.0".to_owned();
+    }
+    if after.starts_with(',') && before.ends_with(|end: char| end.is_ascii_digit()) {
+        return "numbers have a point, not a comma, such as 0.1; lists are in brackets".to_owned();
+    }
+    message.to_owned()
 }
 
 /// A scene that was read as far as it could be, and everything said about it.
@@ -476,11 +501,16 @@ fn build(
     if joined > 0 {
         report.repair(format!("{path}: vertices joined to others at the same place: {joined}"));
     }
-    if geometry.united_area() > 0.0 {
-        report.repaired_fault(format!(
-            "{path}: {} m² are drawn more than once; there the first face counts",
-            number(geometry.united_area())
-        ));
+    for Redrawn { materials: of, area, center } in geometry.redrawn() {
+        let [first, left_out] = of.map(|index| materials.get(index as usize).map_or("faces", |it| &it.name));
+        let [area, about] = [number(*area), place(*center)];
+        report.repaired_fault(match first == left_out {
+            true => format!("{path}: {area} m² of {left_out} about ({about}) m are drawn more than once"),
+            false => format!(
+                "{path}: {area} m² of {left_out} about ({about}) m lie in faces of {first}, which were drawn first and count: \
+                 cut them out of {first}, or draw {left_out} first"
+            ),
+        });
     }
     let dropped = dropped + geometry.dropped_triangles();
     if dropped > 0 {

@@ -27,6 +27,13 @@ pub(crate) fn number(value: f64) -> String {
     ((value * scale).round() / scale + 0.0).to_string()
 }
 
+/// A word of a command line, as shells read it.
+#[must_use]
+pub fn shell_word(word: &str) -> String {
+    let is_plain = |letter: char| letter.is_alphanumeric() || "._=,:/-".contains(letter);
+    if word.chars().all(is_plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -175,12 +175,29 @@ impl Scene {
     #[must_use]
     pub fn design(&self, name: &str) -> Option<Vec<Material>> {
         let design = self.designs.iter().find(|design| design.name == name)?;
+        self.chosen(&design.choices)
+    }
+
+    /// The materials with other choices; none where a variant is not there.
+    fn chosen(&self, choices: &[(u32, u32)]) -> Option<Vec<Material>> {
         let mut materials = self.materials.clone();
-        for &(material, variant) in &design.choices {
+        for &(material, variant) in choices {
             let chosen = self.variants.get(material as usize).and_then(|of| of.get(variant as usize));
             materials[material as usize] = chosen?.clone();
         }
         Some(materials)
+    }
+
+    /// Materials of every design, and of the scene with one variant that no design has.
+    #[must_use]
+    pub fn other_materials(&self) -> Vec<Vec<Material>> {
+        let designs = self.designs.iter().map(|design| design.choices.clone());
+        let variants = self.variants.iter().zip(0..);
+        let choices = variants.flat_map(|(of, material)| (0..of.len() as u32).map(move |v| (material, v)));
+        let is_alone =
+            |choice: &(u32, u32)| !self.designs.iter().any(|design| design.choices.contains(choice));
+        let alone = choices.filter(is_alone).map(|choice| vec![choice]);
+        designs.chain(alone).filter_map(|choices| self.chosen(&choices)).collect()
     }
 
     /// Wavelength at the centre of every band [m].

@@ -9,7 +9,7 @@ use clap::builder::PossibleValuesParser;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::{Progress, ProgressSink};
 use sonel_console::{Outcome, input};
-use sonel_scene::{Draft, DraftOptions, Purpose, SceneErrors};
+use sonel_scene::{Draft, DraftOptions, Purpose, SceneErrors, shell_word};
 
 use crate::arguments::Common;
 
@@ -75,7 +75,8 @@ pub fn run(new: &New, log: &mut dyn Write) -> anyhow::Result<Outcome> {
         writeln!(log, "warning: {warning}")?;
     }
     output.write(|out| out.write_all(text.as_bytes()))?;
-    writeln!(log, "wrote {}: edit it, then run sonel-trace check {0}", new.output.display())?;
+    let output = new.output.display().to_string();
+    writeln!(log, "wrote {output}: edit it, then run sonel-trace check {}", shell_word(&output))?;
     Ok(Outcome::Done)
 }
 

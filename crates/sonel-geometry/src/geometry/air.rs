@@ -4,6 +4,7 @@ use super::Geometry;
 use core::f64::consts::TAU;
 
 use crate::cells::OUTSIDE;
+use crate::layers::Redrawn;
 use crate::{Side, Surface, SurfaceId};
 use glam::DVec3;
 
@@ -33,12 +34,9 @@ impl Geometry {
         self.is_closed_room() && cell != OUTSIDE && self.cells.cell(cell).is_air
     }
 
-    /// The cells in front of a wall and behind it, where its largest triangle is. Borders between airs bound no cells: 0.
-    pub fn cells_beside(&self, surface: SurfaceId) -> [u32; 2] {
-        let area = |triangle: &u32| self.mesh.vector_area(*triangle).length_squared();
-        let triangles = self.surface(surface).triangles.iter();
-        let largest = triangles.max_by(|a, b| area(a).total_cmp(&area(b)));
-        largest.map_or([OUTSIDE; 2], |&triangle| self.cells.sides(triangle))
+    /// The cells in front of a wall and behind it, all along it. Borders between airs bound no cells: 0.
+    pub fn cells_beside(&self, surface: SurfaceId) -> impl Iterator<Item = u32> + '_ {
+        self.surface(surface).triangles.iter().flat_map(|&triangle| self.cells.sides(triangle))
     }
 
     /// Whether a triangle bounds a solid or the room, or in the open anything closed.
@@ -46,9 +44,9 @@ impl Geometry {
         self.index.is_of_shell(triangle)
     }
 
-    /// Area that was drawn more than once and counts once [m²]; the first face drawn is the one that counts.
-    pub fn united_area(&self) -> f64 {
-        self.united_area
+    /// What was drawn more than once and counts once, by the materials.
+    pub fn redrawn(&self) -> &[Redrawn] {
+        &self.redrawn
     }
 
     /// Surfaces beyond the bounding box of the largest cell. Where there are any, the scene is not a closed room.

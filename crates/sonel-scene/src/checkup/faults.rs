@@ -193,7 +193,7 @@ fn unreachable(geometry: &Geometry, scene: &Scene) -> Option<String> {
     };
     let all = geometry.surfaces().iter().zip((0..).map(SurfaceId));
     let unreached = all.filter(|&(surface, id)| {
-        !surface.interface && !is_contact((surface, id)) && !geometry.cells_beside(id).into_iter().any(sounds)
+        !surface.interface && !is_contact((surface, id)) && !geometry.cells_beside(id).any(sounds)
     });
     let named = surfaces(unreached.map(|(surface, _)| surface));
     (!named.is_empty()).then(|| {

@@ -10,7 +10,7 @@ use std::fmt::Write;
 use std::io;
 
 use glam::DVec3;
-use sonel_geometry::Geometry;
+use sonel_geometry::{Departure, Geometry};
 
 use crate::document::quoted;
 use crate::formats;
@@ -108,8 +108,12 @@ pub fn draft(
         notes.push(format!("\"{name}\": at its node in the file"));
     }
     if sources.is_empty() {
-        let place = free_place(&geometry, up, SOURCE_HEIGHT, &[])
-            .ok_or_else(|| whole("no free place for a source".to_owned()))?;
+        let place = free_place(&geometry, up, SOURCE_HEIGHT, &[]).ok_or_else(|| {
+            let (low, high) = geometry.bounds();
+            let reason = geometry.check_place(0.5 * (low + high), &[]).err();
+            let middle = reason.map_or_else(String::new, |reason| format!(": the middle {reason}"));
+            whole(format!("no free place for a source{middle}"))
+        })?;
         sources.push(("source".to_owned(), place));
     }
     if receivers.is_empty() {
@@ -159,19 +163,13 @@ fn named_points(
     of_kind.filter(|(name, _)| seen.insert(name)).map(|(name, point)| (name.clone(), place(*point))).collect()
 }
 
-/// A free place at a height [m] over the lowest point, or somewhere in between; `taken` are the positions of sources.
+/// A free place at a height [m] over the lowest point, or somewhere in between; `taken` are the positions of sources, of which it shares the air.
 fn free_place(geometry: &Geometry, up: DVec3, height: f64, taken: &[DVec3]) -> Option<DVec3> {
     let (low, high) = geometry.bounds();
     let extents = high - low;
     let tall = extents.dot(up);
     let heights =
         [height].into_iter().filter(|height| *height < tall).chain(SHARES.map(|share| share * tall));
-    let far_enough =
-        |place: &DVec3| taken.iter().all(|taken| taken.distance(*place) > 0.1 * extents.max_element());
-    let is_free = |place: &DVec3| {
-        let is_in_room = !geometry.is_closed_room() || geometry.contains(*place);
-        is_in_room && far_enough(place) && geometry.check_place(*place, taken).is_ok()
-    };
     // The first coordinate across changes slowest, so that source and receiver stand apart.
     let places = heights.flat_map(|height| {
         SHARES
@@ -183,7 +181,29 @@ fn free_place(geometry: &Geometry, up: DVec3, height: f64, taken: &[DVec3]) -> O
         let level = across - across.dot(up) * up + height * up;
         ((low + level) * 100.0).round() / 100.0
     };
-    places.map(place).find(is_free)
+    let places: Vec<DVec3> = places.map(place).collect();
+    let is_free = |place: DVec3| {
+        // A source makes a room of the shell that it stands in, where no room is closed.
+        let own = [place];
+        let sources = if taken.is_empty() { &own } else { taken };
+        let far_enough = taken.iter().all(|taken| taken.distance(place) > 0.1 * extents.max_element());
+        far_enough && geometry.check_place(place, sources).is_ok()
+    };
+    let is_inside = |place: DVec3| geometry.cell_at(place) > 0;
+    // In the open shells are buildings, if they do not fill most of it: then what is beside them is a terrace, or a sheet that sticks out.
+    let is_in_shells = 2 * places.iter().filter(|&&place| is_inside(place)).count() > places.len();
+    let shares_air = |place: DVec3| match taken.first() {
+        Some(&source) => geometry.cell_at(place) == geometry.cell_at(source),
+        None => is_inside(place) == is_in_shells,
+    };
+    let is_over_ground = |place: DVec3| {
+        let from = Departure::free(geometry.to_local(place));
+        geometry.closest_hit(from, -up.as_vec3()).is_some()
+    };
+    let wishes: [&dyn Fn(DVec3) -> bool; 3] =
+        [&|place| shares_air(place) && is_over_ground(place), &is_over_ground, &|_| true];
+    let best = |wish: &dyn Fn(DVec3) -> bool| places.iter().copied().find(|&at| wish(at) && is_free(at));
+    wishes.into_iter().find_map(best)
 }
 
 fn vector(point: DVec3) -> String {

@@ -41,6 +41,11 @@ impl Collector {
         }
     }
 
+    /// Whether there is any face.
+    pub(crate) fn has_faces(&self) -> bool {
+        !self.faces.is_empty()
+    }
+
     /// Notes a problem at a line or face.
     pub(crate) fn problem(&mut self, place: usize, message: impl AsRef<str>) {
         self.problems.push(self.terms.problem(place, message.as_ref()));

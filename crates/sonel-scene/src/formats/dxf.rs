@@ -1,4 +1,4 @@
-//! DXF files (text): 3DFACE, polyface and polygon meshes, in blocks too; the layer names the material.
+//! DXF files (text): 3DFACE, MESH, polyface and polygon meshes, in blocks too; the layer names the material.
 //!
 //! A file is pairs of lines, a group code and a value. What is inserted from a block is moved, scaled and turned as INSERT says;
 //! entities on layer 0 of a block take the layer of the INSERT, and on layer 0 elsewhere a colour of their own names them
@@ -57,6 +57,12 @@ impl Entity {
         self.text(code)?.parse().ok()
     }
 
+    /// All numbers of a code; what is none is not a number.
+    fn numbers(&self, code: i64) -> Vec<f64> {
+        let of_code = self.groups.iter().filter(|(found, _)| *found == code);
+        of_code.map(|(_, value)| value.parse().unwrap_or(f64::NAN)).collect()
+    }
+
     fn integer(&self, code: i64) -> i64 {
         self.text(code).and_then(|text| text.parse().ok()).unwrap_or(0)
     }
@@ -84,7 +90,12 @@ pub(super) fn read(bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
         Writer { drawing: &drawing, collector: Collector::new(terms), ignored: BTreeMap::new(), copies: 0 };
     writer.entities(&drawing.entities, DMat4::IDENTITY, None, 0);
     for (kind, (line, count)) in writer.ignored {
-        writer.collector.notes.push((line, format!("{count} {kind} ignored: read are 3DFACE and meshes")));
+        let ignored = format!("{count} {kind} ignored: read are 3DFACE, MESH, polyface and polygon meshes");
+        if writer.collector.has_faces() {
+            writer.collector.notes.push((line, ignored));
+        } else {
+            writer.collector.problem(line, ignored);
+        }
     }
     writer.collector.finish()
 }
@@ -197,6 +208,7 @@ impl<'d> Writer<'d> {
                         self.polygon_mesh(entity, &vertices, transform, &name);
                     }
                 }
+                "MESH" => self.mesh(entity, transform, &name),
                 "INSERT" => self.insert(entity, transform, &name, depth),
                 "VERTEX" | "SEQEND" | "ATTRIB" => {}
                 kind => {
@@ -230,6 +242,28 @@ impl<'d> Writer<'d> {
                     format!("no such vertex: the mesh has {}, counted from 1", positions.len()),
                 ),
             }
+        }
+    }
+
+    /// A MESH without its subdivision: vertices, then for each face the number of its corners and their indices from 0.
+    fn mesh(&mut self, mesh: &Entity, transform: DMat4, name: &str) {
+        let [x, y, z] = [10, 20, 30].map(|code| mesh.numbers(code));
+        let vertex = |index: usize| Some(dvec3(*x.get(index)?, *y.get(index)?, *z.get(index)?));
+        let after_size = mesh.groups.iter().skip_while(|(code, _)| *code != 93).skip(1);
+        let mut list =
+            after_size.map_while(|(code, value)| (*code == 90).then_some(value)?.parse::<usize>().ok());
+        while let Some(count) = list.next() {
+            let corners: Option<Vec<DVec3>> = list.by_ref().take(count).map(vertex).collect();
+            let Some(corners) = corners.filter(|corners| corners.len() == count) else {
+                let message =
+                    format!("MESH: a face has no such vertex: there are {}, counted from 0", x.len());
+                return self.collector.problem(mesh.line, message);
+            };
+            self.face(&corners, transform, name, mesh.line);
+        }
+        if mesh.integer(91) > 0 {
+            let note = "MESH: read is the mesh without subdivision; convert smooth ones to faces";
+            self.collector.notes.push((mesh.line, note.to_owned()));
         }
     }
 

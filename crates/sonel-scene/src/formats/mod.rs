@@ -23,12 +23,23 @@ pub(crate) type Open<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
 /// Formats of programs that can export one of ours.
 const FOREIGN: [&str; 11] = ["skp", "3dm", "rvt", "ifc", "blend", "fbx", "dae", "3ds", "dwg", "step", "stp"];
 
+/// Whether a file is a mesh by the ending of its name.
+pub(crate) fn is_mesh(path: &str) -> bool {
+    let ending = ending(path);
+    ["obj", "glb", "gltf", "ply", "stl", "dxf"].contains(&ending.as_str())
+        || FOREIGN.contains(&ending.as_str())
+}
+
+fn ending(path: &str) -> String {
+    path.rsplit_once('.').map_or(String::new(), |(_, ending)| ending.to_lowercase())
+}
+
 /// Reads the file at `path`.
 ///
 /// # Errors
 /// Every problem of the file.
 pub(crate) fn read(path: &str, bytes: &[u8], open: Open<'_>) -> Result<Polygons, Vec<LineProblem>> {
-    let ending = path.rsplit_once('.').map_or(String::new(), |(_, ending)| ending.to_lowercase());
+    let ending = ending(path);
     let begin = &bytes[..bytes.len().min(512)];
     if begin.starts_with(b"glTF") || ["glb", "gltf"].contains(&ending.as_str()) {
         gltf::read(path, bytes, open)

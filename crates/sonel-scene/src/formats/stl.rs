@@ -23,7 +23,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
     if count.is_some_and(|count| size(count) == bytes.len() as u64) {
         return read_binary(bytes);
     }
-    if bytes.trim_ascii_start().get(..5).is_some_and(|begin| begin.eq_ignore_ascii_case(b"solid")) {
+    let begins_as_text =
+        bytes.trim_ascii_start().get(..5).is_some_and(|begin| begin.eq_ignore_ascii_case(b"solid"));
+    // Some programs begin binary files with the same word; numbers hold zero bytes.
+    if begins_as_text && !bytes.iter().take(1024).any(|&byte| byte == 0) {
         return read_text(&String::from_utf8_lossy(bytes));
     }
     let message = match count {

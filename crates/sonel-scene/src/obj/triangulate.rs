@@ -18,6 +18,9 @@ const BENT: f64 = 1e-4;
 const TOO_BENT: f64 = 0.02;
 /// Area over squared diameter [1] up to which a polygon may be a line written in single precision: some ten times 6e-8.
 const LINE: f64 = 1e-6;
+/// Width over diameter [1] above which a polygon without area is no line: written in single precision it is 1e-7 wide. Chosen, not measured;
+/// doubled, crossing outlines of 2 mm on a metre are lines.
+const NARROW: f64 = 1e-3;
 /// Difference of areas over squared diameter [1] up to which triangles cover a polygon: overlaps of one that crosses itself are larger.
 const AREA_ROUNDING: f64 = 1e-9;
 
@@ -45,6 +48,10 @@ pub(crate) fn triangulate(corners: &[DVec3]) -> Result<Triangulation, NoWall> {
         return Ok(Triangulation { triangles: vec![[0, 1, 2]], is_bent: false });
     }
     let vector_area = vector_area(corners);
+    // Halves of an outline that crosses itself may cancel.
+    if is_line(corners) && width(corners) > NARROW * diameter(corners) {
+        return Err(NoWall::Crossing);
+    }
     let Some(normal) = vector_area.try_normalize() else {
         return Ok(Triangulation { triangles: Vec::new(), is_bent: false });
     };
@@ -72,6 +79,14 @@ pub(crate) fn triangulate(corners: &[DVec3]) -> Result<Triangulation, NoWall> {
 pub(crate) fn is_line(corners: &[DVec3]) -> bool {
     let diameter = diameter(corners);
     vector_area(corners).length() <= LINE * diameter * diameter
+}
+
+/// Largest distance of a corner from the line through the first corner and the one farthest from it [m].
+fn width(corners: &[DVec3]) -> f64 {
+    let from_first = corners.iter().map(|corner| *corner - corners[0]);
+    let farthest = from_first.clone().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+    let along = farthest.and_then(DVec3::try_normalize).unwrap_or_default();
+    from_first.map(|offset| offset.reject_from_normalized(along).length()).fold(0.0, f64::max)
 }
 
 /// Newell's vector area of a polygon [m²]: normal to it, as long as its area.
@@ -192,6 +207,14 @@ mod tests {
             assert!((signed_area(&turned, &triangles) - 4.5).abs() < 1e-12, "{shift}");
             assert!(smallest_area(&turned, &triangles) > 0.0, "{shift}");
         }
+    }
+
+    #[test]
+    fn halves_that_cancel_are_a_crossing_and_lines_are_none() {
+        let bow_tie = polygon(&[[4.0, 1.0, 0.0], [4.0, 3.0, 1.5], [4.0, 3.0, 0.0], [4.0, 1.0, 1.5]]);
+        assert_eq!(triangulate(&bow_tie), Err(NoWall::Crossing));
+        let line = polygon(&[[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [3.0, 3.0, 0.0], [2.0, 2.0, 0.0]]);
+        assert!(triangulate(&line).unwrap().triangles.is_empty());
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use sonel_acoustics::Material;
 use sonel_geometry::Geometry;
 use sonel_map::{MapHeader, Settings, Spectral};
-use sonel_scene::Scene;
+use sonel_scene::{Scene, shell_word};
 use sonel_study::room_decay;
 
 /// A call of `sonel-trace` with the settings of `header`, for its variants and for its materials where they are others than the map was
@@ -18,7 +18,7 @@ pub(super) fn command(
     label: &str,
 ) -> String {
     let drawn_with = drawn_with.unwrap_or(&header.scene.materials);
-    let mut command = format!("sonel-trace SCENE.toml -o {}", quoted(label));
+    let mut command = format!("sonel-trace SCENE.toml -o {}", shell_word(label));
     let (Settings { emissions, seed, batches, survival, spectral, .. }, default) =
         (header.settings, Settings::default());
     let numbers = [
@@ -35,7 +35,7 @@ pub(super) fn command(
         let _ = write!(command, " --duration {duration}");
     }
     for option in options(header, drawn_with) {
-        let _ = write!(command, " --for {}", quoted(&option));
+        let _ = write!(command, " --for {}", shell_word(&option));
     }
     command
 }
@@ -88,12 +88,6 @@ fn in_words(values: &[f64]) -> String {
         }
         _ => format!("[{}]", values.iter().map(f64::to_string).collect::<Vec<_>>().join(",")),
     }
-}
-
-/// A word of a shell.
-fn quoted(word: &str) -> String {
-    let is_plain = |letter: char| letter.is_alphanumeric() || "._=,:/-".contains(letter);
-    if word.chars().all(is_plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
 #[cfg(test)]

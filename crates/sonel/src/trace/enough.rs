@@ -1,7 +1,7 @@
 //! Number of packets of a run where nobody states it: enough for half a just-noticeable difference.
 //!
 //! The first packets of the run are rendered at the evaluation receivers, without edges, which bring no noise. Half-widths shrink as 1/√N;
-//! the widest tells how many packets are enough, at most [`Settings::default`]'s. Where that is far from the packets that were looked at,
+//! the widest, with the materials of the scene or others that the map is to carry, tells how many packets are enough, at most [`Settings::default`]'s. Where that is far from the packets that were looked at,
 //! more of them are looked at first. The run continues the packets that are there, so its bytes are those of a run with as many packets.
 
 use serde_json::{Value, json};
@@ -56,10 +56,23 @@ pub(super) fn enough(
     let edgeless = RenderSettings { edges: false, ..RenderSettings::default() };
     let mut looked_at = FIRST.max(LEAST_PER_BATCH * u64::from(batches)).min(most);
     let mut known: Option<SonelMap> = None;
+    let others = header.scene.other_materials();
     let need = loop {
         let map = trace(with(looked_at), geometry, known.as_ref(), &mut InMemory, watch)?.map;
-        let (found, ..) = evaluate(planner, &map, &edgeless, &targets, watch)?;
-        let need = Need::of(found, looked_at);
+        let look = |map: &SonelMap| -> Result<Need> {
+            let (found, ..) = evaluate(planner, map, &edgeless, &targets, watch)?;
+            Ok(Need::of(found, looked_at))
+        };
+        let mut need = look(&map)?;
+        for materials in &others {
+            let mut changed = map.clone();
+            changed.change(materials.clone(), header.scene.sources.clone());
+            // Another set of transmitting walls has other faces, of which this geometry knows nothing.
+            if changed.header().scene.has_faces_of(&header.scene) {
+                let other = Need { is_variant: true, ..look(&changed)? };
+                need = if other.packets > need.packets { other } else { need };
+            }
+        }
         known = Some(map);
         let next = (FARTHEST * looked_at).min(most);
         if need.packets <= next || need.packets > FARTHEST * most || next == most {
@@ -89,6 +102,8 @@ struct Need {
     worst: Option<Worst>,
     /// Packets that are enough.
     packets: u64,
+    /// Whether other materials than those of the scene need most.
+    is_variant: bool,
 }
 
 impl Need {
@@ -98,7 +113,8 @@ impl Need {
         // What cannot be estimated may be so with more packets.
         let least =
             if found.not_estimable.is_empty() { 0.0 } else { (FARTHEST * FARTHEST * looked_at) as f64 };
-        Self { looked_at, worst: found.worst, packets: two_digits(packets.max(least).ceil() as u64) }
+        let packets = two_digits(packets.max(least).ceil() as u64);
+        Self { looked_at, worst: found.worst, packets, is_variant: false }
     }
 
     /// Widest half-width expected with `emissions` packets [JND]; none where these are the most and fewer than needed, of which few packets
@@ -110,7 +126,8 @@ impl Need {
 
     fn in_words(&self, emissions: u64, names: &Names) -> String {
         let packets = count(emissions);
-        let of = |worst: Worst| format!("; {} needs most", names.parameter(worst.place));
+        let variant = if self.is_variant { " with other materials" } else { "" };
+        let of = |worst: Worst| format!("; {}{variant} needs most", names.parameter(worst.place));
         let widest = self.worst.map_or_else(String::new, of);
         let Some(width) = self.expected(emissions) else {
             return format!(
@@ -133,6 +150,7 @@ impl Need {
             "widest": self.worst.map(|worst| {
                 let mut value = named(names, worst.place);
                 value["expected_half_width_jnd"] = json!(self.expected(emissions));
+                value["with_other_materials"] = self.is_variant.into();
                 value
             }),
         })
