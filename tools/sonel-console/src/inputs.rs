@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::SystemTime;
 
+use clap::error::ErrorKind;
 use clap::{ArgMatches, Parser};
 
 /// Arguments of the programs whose values are outputs.
@@ -57,12 +58,29 @@ pub fn parse<P: Parser>() -> P {
         if !printed.use_stderr() && crate::closed::is_stdout_closed() {
             crate::refuse(crate::closed::error().into());
         }
-        printed.exit()
+        let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+        let misplaced = (printed.kind() == ErrorKind::ArgumentConflict).then(|| misplaced::<P>(&words));
+        misplaced.flatten().unwrap_or(printed).exit()
     });
     let named = NAMED.get_or_init(|| named_by(&matches));
     let read = named.iter().filter_map(|path| Some((path.clone(), state(path)?)));
     READ.get_or_init(|| read.collect());
     P::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut P::command()).exit())
+}
+
+/// A command that does not come first, or is none: clap takes the first word for a file, and the second for what conflicts with it.
+fn misplaced<P: Parser>(words: &[String]) -> Option<clap::Error> {
+    let mut command = P::command();
+    let commands: Vec<&str> = command.get_subcommands().map(clap::Command::get_name).collect();
+    let [first, second, ..] = words else { return None };
+    let message = if commands.contains(&second.as_str()) {
+        format!("the command comes first: {} {second} {first}", command.get_name())
+    } else if !Path::new(first).exists() {
+        format!("`{first}` is neither a file nor a command; commands: {}", commands.join(", "))
+    } else {
+        return None;
+    };
+    Some(command.error(ErrorKind::ArgumentConflict, message))
 }
 
 /// Inputs that the command line of this process names; none where another program calls.
