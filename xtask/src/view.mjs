@@ -61,6 +61,36 @@ try {
   await latency("moved", () => page.evaluate((at) => moveListener(at), before));
   const plain = await values("t30_s");
 
+  // Whoever drags fast has one request at work, numbers on the way, and those of the last place at the end.
+  let open = 0, most = 0;
+  const isRendering = (request) => request.url().endsWith("/api/render");
+  page.on("request", (request) => { if (isRendering(request)) most = Math.max(most, ++open); });
+  for (const ended of ["requestfinished", "requestfailed"]) page.on(ended, (request) => { if (isRendering(request)) open--; });
+  await page.evaluate(async (at) => {
+    for (let step = 0; step < 40; step++) {
+      moveListener([at[0] + 1e-3 * (step % 8), at[1], at[2]]);
+      await new Promise((later) => setTimeout(later, 20));
+    }
+    moveListener(at);
+  }, before);
+  check(await page.evaluate(() => byId("side").classList.contains("stale")), "numbers of another place are grey");
+  await page.waitForFunction(() => !byId("side").classList.contains("stale"), null, PATIENCE);
+  await settled();
+  check(most <= 2, `${most} requests were open at once`);
+  check(JSON.stringify(await values("t30_s")) === JSON.stringify(plain), "the numbers are those of the last place");
+
+  // What is no number changes nothing, and the keyboard stays where it was.
+  const kept = await page.evaluate(() => {
+    byId("x").value = "";
+    byId("x").dispatchEvent(new Event("change"));
+    const input = document.querySelector("#materials input");
+    input.focus();
+    input.value = "1.5";
+    input.dispatchEvent(new Event("change"));
+    return [Number(byId("x").value) === shown.listener[0], Object.keys(shown.changes).length, document.activeElement === input];
+  });
+  check(JSON.stringify(kept) === "[true,0,true]", "fields refuse what is no number");
+
   // A material, compared with what was before.
   await page.evaluate(() => { document.querySelector("details").open = true; });
   await page.click("#keep");

@@ -6,29 +6,57 @@ class Server {
     this.window = Array.from(crypto.getRandomValues(new Uint8Array(8)), (byte) => byte.toString(16)).join("");
   }
 
-  async ask(path, wish = {}) {
-    const reply = await fetch(`/api/${path}`, { method: "POST", headers: { "X-Sonel-Token": this.token }, body: JSON.stringify(wish) });
+  async ask(path, wish = {}, signal = undefined) {
+    const reply = await fetch(`/api/${path}`, { method: "POST", headers: { "X-Sonel-Token": this.token }, body: JSON.stringify(wish), signal });
     if (reply.headers.get("Content-Type") === "application/octet-stream") return new Float32Array(await reply.arrayBuffer());
     const answer = await reply.json();
-    if (!reply.ok) throw new Error(answer.error);
+    if (answer.error !== undefined) throw new Error(answer.error);
     return answer;
   }
 }
 
-// One kind of work: only the answers to the last wish count.
-class Newest {
-  constructor(work) {
-    this.work = work;
-    this.number = 0;
+// One kind of work in steps, one request at a time. A first step is always answered, so that whoever drags sees numbers on the way; later
+// steps give way to a newer wish.
+class Steps {
+  constructor(path, show) {
+    Object.assign(this, { path, show, waiting: null, isAtWork: false });
   }
 
-  async wish(value) {
-    const own = ++this.number;
-    const isNewest = () => own === this.number;
-    try {
-      await this.work(value, isNewest);
-    } catch (error) {
-      if (isNewest()) this.failed?.(error);
+  async wish(value, steps) {
+    this.waiting = { value, steps };
+    this.later?.abort();
+    if (this.isAtWork) return;
+    this.isAtWork = true;
+    while (this.waiting) {
+      const { value, steps } = this.waiting;
+      this.waiting = null;
+      try {
+        await this.work(value, steps);
+      } catch (error) {
+        if (!this.waiting && !this.isDropped) this.failed?.(error);
+      }
+    }
+    this.isAtWork = false;
+  }
+
+  drop() {
+    this.waiting = null;
+    this.isDropped = true;
+    this.later?.abort();
+  }
+
+  async work(value, steps) {
+    this.isDropped = false;
+    const ask = (step, signal) => server.ask(this.path, { ...value, window: server.window, batches: steps[step] }, signal);
+    let answer = await ask(0);
+    for (let step = 0; step < steps.length && !this.isDropped; step++) {
+      // The server goes on while this one is drawn.
+      this.later = new AbortController();
+      const next = step + 1 < steps.length && !this.waiting ? ask(step + 1, this.later.signal) : null;
+      next?.catch(() => {});
+      this.show(answer, { isFirst: step === 0, isLast: step + 1 === steps.length, isNewest: !this.waiting });
+      if (!next) return;
+      answer = await next;
     }
   }
 }
@@ -43,7 +71,9 @@ function showParameters(pair, kept) {
   for (const row of pair.parameters) {
     const line = make("tr");
     line.dataset.key = row.key;
-    line.append(make("td", row.unit ? `${row.symbol} [${row.unit}]` : row.symbol), cell(row.single), ...row.values.map((entry) => cell(entry)));
+    const name = make("th", row.unit ? `${row.symbol} [${row.unit}]` : row.symbol);
+    name.scope = "row";
+    line.append(name, cell(row.single), ...row.values.map((entry) => cell(entry)));
     table.append(line);
     const before = kept?.parameters.find((other) => other.key === row.key);
     if (before) table.append(difference(row, before));
@@ -67,6 +97,17 @@ function difference(row, before) {
   return line;
 }
 
+// Charts as they were drawn last: other colours draw them again.
+const drawn = new Map();
+function draw(id, chart) {
+  drawn.set(id, chart);
+  return drawChart(id, chart);
+}
+
 function showCurves(pair) {
-  for (const name of ["decay", "echogram", "early"]) drawChart(name, pair[name]);
+  for (const [name, title] of [["decay", "Decay curves"], ["echogram", "Echogram"], ["early", "Early reflections"]]) {
+    byId(name).setAttribute("role", "img");
+    byId(name).setAttribute("aria-label", `${title}: ${pair.source} to ${pair.receiver}`);
+    draw(name, pair[name]);
+  }
 }

@@ -7,7 +7,8 @@ async function start() {
   if (!window.DecompressionStream) return document.body.prepend(make("p", "Room and charts need a browser of 2023 or later; tables are below.", "bad"));
   document.head.append(make("script", await unpacked("libraries")));
   const { room, pairs, charts, live } = JSON.parse(await unpacked("content"));
-  charts.forEach((chart, index) => drawChart(`chart${index}`, chart));
+  charts.forEach((chart, index) => draw(`chart${index}`, chart));
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => drawn.forEach((chart, id) => drawChart(id, chart)));
   shown.room = room;
   if (live) {
     document.body.classList.add("served");
@@ -25,20 +26,25 @@ async function start() {
   showFaults();
   const choose = byId("pair");
   pairs.forEach((pair) => choose.append(make("option", pair.name)));
-  choose.onchange = () => show(pairs[choose.selectedIndex]);
+  const chosen = () => {
+    const pair = pairs[choose.selectedIndex];
+    show(pair);
+    view.moveListener(pair.at);
+  };
+  choose.onchange = chosen;
   byId("choose").hidden = pairs.length < 2;
-  if (pairs.length) show(pairs[0]);
+  if (pairs.length) chosen();
   else byId("curves").hidden = !live;
   if (live) serve();
 }
 
-// A source at a receiver: from the file, or as the server answers.
-function show(pair) {
+// A source at a receiver: from the file, or as the server answers. Charts may wait for the last step.
+function show(pair, hasCharts = true) {
   shown.pair = pair;
   showParameters(pair, shown.kept);
+  if (!hasCharts) return;
   showCurves(pair);
   showWays();
-  view.moveListener(pair.at);
   if (!shown.isLinked) {
     byId("early").on("plotly_hover", (event) => view.pick(event.points[0].x));
     byId("early").on("plotly_unhover", () => view.pick(null));
@@ -64,11 +70,22 @@ function highlight(delay) {
 }
 
 const isChanged = () => Object.keys(shown.changes).length > 0;
+const isSame = (values, others) => values.every((value, band) => Math.abs(value - others[band]) < 1e-9);
+
+// What a field holds; where that is no number from `low` to `high`, the field returns to what it showed.
+function entered(input, before, low = -Infinity, high = Infinity) {
+  const value = input.valueAsNumber;
+  if (value >= low && value <= high && Math.abs(value) < 1e6) return value;
+  input.value = before;
+  say(high === 1 ? "a coefficient is between 0 and 1" : "a coordinate is a number of metres", true);
+  return null;
+}
 
 // Materials with what they absorb: sliders where a server answers.
 function showMaterials() {
   const { room } = shown, table = byId("materials");
   if (!room.materials.length) return byId("materialsSection").remove();
+  const focused = table.contains(document.activeElement) ? document.activeElement.getAttribute("aria-label") : null;
   table.replaceChildren();
   const head = make("tr");
   head.append(...["material", "area [m²]", "share", ...room.bands.map(hertz), "scattering", "law", "source"].map((text) => make("th", text)));
@@ -87,9 +104,13 @@ function showMaterials() {
     values.forEach((value, band) => {
       const place = make("td");
       if (server) {
-        const input = Object.assign(make("input"), { type: "number", min: 0, max: 1, step: 0.01, value: Number(value.toFixed(4)) });
+        const written = Number(value.toFixed(4));
+        const input = Object.assign(make("input"), { type: "number", min: 0, max: 1, step: 0.01, value: written });
         input.setAttribute("aria-label", `${key} of ${material.name} at ${hertz(room.bands[band])}`);
-        input.onchange = () => changeMaterial(material, values.map((old, at) => at === band ? Math.min(1, Math.max(0, Number(input.value))) : old), key);
+        input.onchange = () => {
+          const changed = entered(input, written, 0, 1);
+          if (changed !== null) changeMaterial(material, values.map((old, at) => at === band ? changed : old), key);
+        };
         place.append(input);
       } else place.textContent = value.toFixed(2);
       line.append(place);
@@ -98,6 +119,7 @@ function showMaterials() {
     table.append(line);
   });
   byId("original").hidden = !isChanged();
+  if (focused) [...table.querySelectorAll("input")].find((input) => input.getAttribute("aria-label") === focused)?.focus();
 }
 
 function showFaults() {
@@ -116,24 +138,33 @@ function showFaults() {
 
 // From here on a server answers.
 
-const rendering = new Newest(async (wish, isNewest) => {
-  for (const batches of shown.steps) {
-    const last = batches === shown.steps.at(-1);
-    const answer = await server.ask("render", { ...wish, window: server.window, batches: last ? null : batches });
-    if (!isNewest()) return;
-    show(answer);
-    say(answer.warnings.join(" "));
-  }
-  if (hearing?.source) await refreshSound();
+const rendering = new Steps("render", (answer, { isFirst, isLast, isNewest }) => {
+  show(answer, isFirst || isLast);
+  if (!isNewest) return;
+  isStale(false);
+  if (isFirst) say(answer.warnings.join(" "));
+  if (isLast && hearing?.source) refreshSound();
 });
 rendering.failed = (error) => {
   say(error.message, true);
   byId("retrace").hidden = !(isChanged() && shown.canTrace);
 };
 
+// Whether numbers and charts are those of another place or of other materials than what the page shows.
+function isStale(is) {
+  byId("side").classList.toggle("stale", is);
+  byId("curves").classList.toggle("stale", is);
+  byId("parameters").setAttribute("aria-busy", String(is));
+}
+
+// Numbers of batches; the last, all, is that of the commands that are shown.
+const steps = () => [...shown.steps.slice(0, -1), null];
 const wish = () => ({ listener: shown.listener, source: shown.source, changes: shown.changes });
 function render() {
-  if (shown.steps.length) rendering.wish(wish());
+  if (!shown.steps.length) return;
+  isStale(true);
+  say("");
+  rendering.wish(wish(), steps());
 }
 
 function say(text, isBad = false) {
@@ -156,19 +187,22 @@ function dropSource(source, at) {
 
 function changeMaterial(material, values, key = "absorption") {
   const name = `materials.${material.name}.${key}`;
-  const isOwn = values.every((value, band) => Math.abs(value - material[key][band]) < 1e-9);
-  if (isOwn) delete shown.changes[name]; else shown.changes[name] = values;
+  if (isSame(values, material[key])) delete shown.changes[name]; else shown.changes[name] = values;
   byId("retrace").hidden = true;
   showMaterials();
+  removeMap();
   render();
 }
 
 function serve() {
   const { room } = shown, source = byId("source");
   room.sources.forEach((one) => source.append(make("option", one.name)));
-  source.onchange = () => { shown.source = source.selectedIndex; render(); };
+  source.onchange = () => { shown.source = source.selectedIndex; removeMap(); render(); };
   ["x", "y", "z"].forEach((axis, index) => {
-    byId(axis).onchange = () => moveListener(shown.listener.map((value, at) => at === index ? Number(byId(axis).value) : value));
+    byId(axis).onchange = () => {
+      const value = entered(byId(axis), shown.listener[index]);
+      if (value !== null) moveListener(shown.listener.map((old, at) => at === index ? value : old));
+    };
   });
   walkByKeys();
   const middle = view.world(view.box.getCenter(new THREE.Vector3()));
@@ -178,7 +212,7 @@ function serve() {
   compare();
   listen();
   maps();
-  byId("original").onclick = () => { shown.changes = {}; showMaterials(); render(); };
+  byId("original").onclick = () => { shown.changes = {}; showMaterials(); removeMap(); render(); };
   byId("retrace").onclick = () => trace(room.sources.map(({ at }) => at));
   byId("move").onclick = () => trace(room.sources.map(({ at }, index) => index === shown.source ? shown.listener : at));
   byId("save").onclick = save;
@@ -217,24 +251,25 @@ async function follow() {
     if (state.failure !== shown.failure) {
       shown.failure = state.failure;
       if (state.failure) refuse(state.failure);
-      shown.tracedChanges = null;
     }
     if (state.maps !== shown.maps) {
       shown.maps = state.maps;
       shown.steps = state.map.steps;
       state.map.sources.forEach((at, index) => { shown.room.sources[index].at = at; });
-      view.spots();
-      if (shown.tracedChanges) {
-        for (const [name, values] of Object.entries(shown.tracedChanges)) {
-          const [, own, key] = name.match(/^materials\.(.*)\.(\w+)$/);
-          const material = shown.room.materials.find((one) => one.name === own);
-          if (material) material[key] = values;
-        }
-        [shown.changes, shown.tracedChanges] = [{}, null];
-        showMaterials();
+      view.placeSources();
+      // Another window may have had the scene traced with other materials.
+      shown.room.materials.forEach((material) => Object.assign(material, state.map.materials[material.name]));
+      for (const [name, values] of Object.entries(shown.changes)) {
+        const [, own, key] = name.match(/^materials\.(.*)\.(\w+)$/);
+        const material = shown.room.materials.find((one) => one.name === own);
+        if (!material || isSame(values, material[key])) delete shown.changes[name];
       }
+      showMaterials();
+      removeMap();
       say(state.messages.join(" ") || `${state.map.packets.toLocaleString("en")} packets a source.`);
+      const said = byId("job").textContent;
       render();
+      say(said);
       library();
     }
   } catch (error) {
@@ -246,24 +281,22 @@ async function follow() {
 
 async function trace(sources) {
   try {
-    const { changes } = shown;
-    await server.ask("trace", { sources, changes });
-    [shown.failure, shown.tracedChanges] = [null, changes];
+    await server.ask("trace", { sources, changes: shown.changes });
+    shown.failure = null;
     byId("retrace").hidden = true;
   } catch (error) { refuse(error.message); }
 }
 
 // A source that was dragged is again where the map has it.
 function refuse(message) {
-  view.spots();
-  view.moveListener(shown.listener);
+  view.placeSources();
   say(message, true);
 }
 
 function compare() {
   byId("keep").onclick = () => {
     shown.kept = shown.pair;
-    shown.heardA = hearing?.samples ?? null;
+    shown.heardA = shown.heard ?? null;
     byId("forget").hidden = false;
     byId("hearing").hidden = !shown.heardA;
     showParameters(shown.pair, shown.kept);
@@ -272,34 +305,33 @@ function compare() {
     shown.kept = null;
     byId("forget").hidden = true;
     byId("hearing").hidden = true;
+    byId("hearA").checked = false;
+    if (shown.heard) hearing.hear(shown.heard);
     showParameters(shown.pair, null);
   };
 }
 
-// Without the last batches first: a walk is heard at once.
-const sounding = new Newest(async (wish, isNewest) => {
-  for (const batches of [shown.steps[0], null]) {
-    const samples = await server.ask("sound", { ...wish, window: server.window, batches });
-    if (!isNewest()) return;
-    shown.heard = samples;
-    if (!byId("hearA").checked) hearing.hear(samples);
-  }
+// From few batches first: what is played, and a walk, is heard at once.
+const sounding = new Steps("sound", (samples) => {
+  shown.heard = samples;
+  if (!byId("hearA").checked) hearing.hear(samples);
 });
 sounding.failed = (error) => say(error.message, true);
-const refreshSound = () => sounding.wish(wish());
+const refreshSound = () => sounding.wish(wish(), [shown.steps[0], null]);
 
 function listen() {
   const recording = byId("recording"), signal = byId("signal");
   signal.onchange = () => { recording.hidden = signal.value !== "file"; };
   byId("play").onclick = async () => {
+    if (signal.value === "file" && !recording.files[0]) return say("choose a recording first", true);
     hearing ??= new Hearing();
-    await refreshSound();
     try {
       await hearing.play(signal.value, recording.files[0]);
+      await refreshSound();
     } catch (error) { say(`The recording cannot be played: ${error.message}`, true); }
   };
   byId("stop").onclick = () => hearing?.stop();
-  byId("hearA").onchange = (event) => hearing.hear(event.target.checked ? shown.heardA : shown.heard);
+  byId("hearA").onchange = (event) => hearing?.hear(event.target.checked ? shown.heardA : shown.heard);
 }
 
 // A quarter of the packets: an interval twice as wide as the listener's is still a fraction of a colour.
@@ -313,21 +345,30 @@ function maps() {
   // About 60 places: each takes as long as the first numbers of the listener.
   const [a, b] = view.box.getSize(new THREE.Vector3()).projectOnPlane(new THREE.Vector3(...shown.room.up)).toArray().map(Math.abs).sort((one, other) => other - one);
   byId("spacing").value = Math.max(0.2, Math.sqrt(a * b / 60)).toFixed(1);
-  const painting = new Newest(async (wish, isNewest) => {
-    for (const batches of shown.steps.slice(0, MAP_STEPS)) {
-      const answer = await server.ask("grid", { ...wish, window: server.window, batches });
-      if (!isNewest()) return;
-      shown.map = answer;
-      paint();
-    }
-  });
   painting.failed = (error) => say(error.message, true);
   byId("paint").onclick = () => {
+    removeMap();
     say("Rendering the map …");
-    painting.wish({ height: Number(byId("height").value), spacing: Number(byId("spacing").value), source: shown.source, changes: shown.changes });
+    const wish = { height: Number(byId("height").value), spacing: Number(byId("spacing").value), source: shown.source, changes: shown.changes };
+    painting.wish(wish, shown.steps.slice(0, MAP_STEPS));
   };
   parameter.onchange = band.onchange = paint;
-  byId("unpaint").onclick = () => { painting.number++; shown.map = null; view.unpaint(); byId("unpaint").hidden = true; byId("mapped").replaceChildren(); say(""); };
+  byId("unpaint").onclick = () => { removeMap(); say(""); };
+}
+
+const painting = new Steps("grid", (answer, { isNewest }) => {
+  if (!isNewest) return;
+  shown.map = { ...answer, from: shown.room.sources[shown.source].name, height: byId("height").value };
+  paint();
+});
+
+// A map of another source or of other materials would be taken for one of these.
+function removeMap() {
+  painting.drop();
+  shown.map = null;
+  view.unpaint();
+  byId("unpaint").hidden = true;
+  byId("mapped").replaceChildren();
 }
 
 function paint() {
@@ -347,8 +388,11 @@ function paint() {
   scale.style.background = `linear-gradient(to right, ${RAMP.map((color) => `rgb(${color})`).join(",")})`;
   const digits = decimals(noticeable);
   say("");
-  byId("mapped").replaceChildren(`${symbol} [${unit || "1"}] ${range[0].toFixed(digits)}`, scale,
-    `${range[1].toFixed(digits)}: ${((range[1] - range[0]) / noticeable).toFixed(1)} JND over ${values.length} places, a line every ${step.toFixed(digits)}. Point at one for its interval. ${shown.map.note ?? ""}`);
+  const band = at === 0 ? "500 and 1000 Hz" : hertz(shown.room.bands[at - 1]);
+  scale.setAttribute("role", "img");
+  scale.setAttribute("aria-label", "to");
+  byId("mapped").replaceChildren(`${symbol} [${unit || "1"}] at ${band}, from ${shown.map.from}, ${shown.map.height} m high: ${range[0].toFixed(digits)} `, scale,
+    ` ${range[1].toFixed(digits)}: ${((range[1] - range[0]) / noticeable).toFixed(1)} JND over ${values.length} places, a line every ${step.toFixed(digits)}. Point at one for its interval. ${shown.map.note ?? ""}`);
 }
 
 async function library() {

@@ -33,6 +33,15 @@ function contours(places, spacing, up, levels) {
   return ends;
 }
 
+// Empties a group, on the graphics card too.
+function clear(group) {
+  for (const { geometry, material } of group.children) {
+    geometry.dispose();
+    material.dispose();
+  }
+  group.clear();
+}
+
 // `onMove` takes where the listener is dragged to, `onDrop` a source and where it was dropped.
 class RoomView {
   constructor(room, onMove, onDrop) {
@@ -115,7 +124,6 @@ class RoomView {
   }
 
   spots() {
-    this.points.clear();
     const radius = 0.012 * this.size;
     const spot = (shape, color, at, name) => {
       const mesh = new THREE.Mesh(shape, new THREE.MeshBasicMaterial({ color }));
@@ -125,11 +133,13 @@ class RoomView {
       return mesh;
     };
     this.sources = this.room.sources.map((source) => {
+      const body = spot(new THREE.OctahedronGeometry(1.3 * radius), "#d62728", source.at, `source ${source.name}`);
       if (source.directivity && source.directivity !== "omni" && source.aim) {
         const cone = spot(new THREE.ConeGeometry(0.8 * radius, 3 * radius), "#d62728", source.at, `source ${source.name} (${source.directivity})`);
         cone.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), new THREE.Vector3(...source.aim).normalize());
+        body.userData.cone = cone;
       }
-      return spot(new THREE.OctahedronGeometry(1.3 * radius), "#d62728", source.at, `source ${source.name}`);
+      return body;
     });
     for (const receiver of this.room.receivers) spot(new THREE.SphereGeometry(0.7 * radius, 16, 12), "#7f7f7f", receiver.at, `receiver ${receiver.name}`);
     this.listener = spot(new THREE.SphereGeometry(1.2 * radius, 24, 16), "#e6a100", this.room.receivers[0]?.at ?? this.room.origin, "listener");
@@ -137,6 +147,16 @@ class RoomView {
 
   moveListener(at) {
     this.listener.position.copy(this.local(at));
+    this.draw();
+  }
+
+  // Sources where the map has them.
+  placeSources() {
+    this.sources.forEach((body, index) => {
+      const at = this.local(this.room.sources[index].at);
+      body.position.copy(at);
+      body.userData.cone?.position.copy(at);
+    });
     this.draw();
   }
 
@@ -200,7 +220,7 @@ class RoomView {
 
   // Lines of early reflections up to an order.
   showWays(ways, most) {
-    this.ways.clear();
+    clear(this.ways);
     for (const way of ways.filter((way) => way.order <= most)) {
       const geometry = new THREE.BufferGeometry().setFromPoints(way.corners.map((corner) => this.local(corner)));
       const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: colorOf(way.order) }));
@@ -243,7 +263,7 @@ class RoomView {
     this.map.add(lines);
     this.draw();
   }
-  unpaint() { this.map.clear(); this.draw(); }
+  unpaint() { clear(this.map); this.draw(); }
 
   resize() {
     const { clientWidth, clientHeight } = this.canvas;
@@ -272,38 +292,48 @@ class RoomView {
       const mouse = new THREE.Vector2(2 * (event.clientX - frame.left) / frame.width - 1, 1 - 2 * (event.clientY - frame.top) / frame.height);
       ray.setFromCamera(mouse, this.camera);
     };
-    let plane = null, taken = null;
+    // What is dragged, the plane it moves in (none up and down), and where the mouse took it.
+    let held = null;
     this.canvas.addEventListener("pointerdown", (event) => {
       aim(event);
       const movable = this.onMove ? [this.listener, ...(this.canTrace ? this.sources : [])] : [];
-      taken = ray.intersectObjects(movable, false)[0]?.object;
-      if (!taken) return;
-      const normal = event.shiftKey ? this.camera.getWorldDirection(new THREE.Vector3()).projectOnPlane(this.up).normalize() : this.up;
-      plane = new THREE.Plane().setFromNormalAndCoplanarPoint(normal, taken.position);
-      plane.lifts = event.shiftKey;
+      const body = ray.intersectObjects(movable, false)[0]?.object;
+      if (!body) return;
+      const plane = event.shiftKey ? null : new THREE.Plane().setFromNormalAndCoplanarPoint(this.up, body.position);
+      held = { body, plane, from: body.position.clone(), x: event.clientX, y: event.clientY, isMoved: false };
       this.controls.enabled = false;
       this.canvas.setPointerCapture(event.pointerId);
       event.stopImmediatePropagation();
     }, { capture: true });
     this.canvas.addEventListener("pointermove", (event) => {
       aim(event);
-      if (!plane) return this.hover(ray);
-      const hit = ray.ray.intersectPlane(plane, new THREE.Vector3());
-      if (!hit) return;
-      const moved = hit.clone().sub(taken.position);
-      const place = taken.position.clone().add(plane.lifts ? moved.projectOnVector(this.up) : moved);
-      if (taken === this.listener) return this.onMove(this.world(place));
-      taken.position.copy(place);
+      if (!held) return this.hover(ray);
+      // A click that trembles is no drag.
+      held.isMoved ||= Math.hypot(event.clientX - held.x, event.clientY - held.y) > 3;
+      if (!held.isMoved) return;
+      const place = held.plane ? ray.ray.intersectPlane(held.plane, new THREE.Vector3()) : this.lifted(held, event);
+      if (!place) return;
+      if (held.body === this.listener) return this.onMove(this.world(place));
+      held.body.position.copy(place);
       this.draw();
     });
-    const end = () => {
-      const source = plane ? this.sources.indexOf(taken) : -1;
-      plane = null;
+    const end = (drops) => {
+      const { body, isMoved } = held ?? {};
+      held = null;
       this.controls.enabled = true;
-      if (source >= 0) this.onDrop(source, this.world(taken.position));
+      const source = this.sources.indexOf(body);
+      if (source < 0) return;
+      if (drops && isMoved) this.onDrop(source, this.world(body.position));
+      else this.placeSources();
     };
-    this.canvas.addEventListener("pointerup", end);
-    this.canvas.addEventListener("pointercancel", end);
+    this.canvas.addEventListener("pointerup", () => end(true));
+    this.canvas.addEventListener("pointercancel", () => end(false));
+  }
+
+  // Up and down as far as the mouse goes on the screen, whatever the view: from above, a plane through the mouse would lead far away.
+  lifted({ from, y }, event) {
+    const metresPerPixel = 2 * this.camera.position.distanceTo(from) * Math.tan(0.5 * this.camera.fov * Math.PI / 180) / this.canvas.clientHeight;
+    return from.clone().addScaledVector(this.up, (y - event.clientY) * metresPerPixel);
   }
 
   hover(ray) {

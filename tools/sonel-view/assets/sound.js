@@ -53,13 +53,11 @@ class Hearing {
     this.source.buffer = this.dry;
     this.source.loop = true;
     this.source.start();
-    if (this.samples) this.hear(this.samples);
   }
 
   // Both ears, left first; the older response fades out.
   hear(samples) {
-    this.samples = samples;
-    if (!this.source) return;
+    if (!this.source || !samples) return;
     const length = samples.length / 2, response = this.context.createBuffer(2, length, RATE_HZ);
     response.copyToChannel(samples.subarray(0, length), 0);
     response.copyToChannel(samples.subarray(length), 1);

@@ -152,7 +152,12 @@ impl Session {
         let state = self.locked();
         let settings = state.map.as_ref().map(|map| {
             let header = map.sonels().header();
-            json!({ "packets": header.settings.emissions, "steps": map.refinement_steps(),
+            let materials = header.scene.materials.iter().map(|it| {
+                let coefficients = json!({ "absorption": it.absorption, "scattering": it.scattering, "transmission": it.transmission });
+                (it.name.clone(), coefficients)
+            });
+            let materials: serde_json::Map<String, Value> = materials.collect();
+            json!({ "packets": header.settings.emissions, "steps": map.refinement_steps(), "materials": materials,
                     "sources": header.scene.sources.iter().map(|source| source.position.to_array()).collect::<Vec<_>>() })
         });
         Ok(Answer::Json(json!({
