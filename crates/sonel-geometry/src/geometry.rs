@@ -28,6 +28,7 @@ mod passage;
 mod regions;
 mod sight;
 
+pub use air::AirCell;
 use faces::Faces;
 pub use passage::Passage;
 pub use regions::Regions;

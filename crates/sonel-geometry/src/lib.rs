@@ -53,7 +53,7 @@ pub use cracks::{Crack, WIDEST_CRACK};
 pub use crossings::Crossing;
 pub use edges::{Edge, EdgeShape};
 pub use error::GeometryError;
-pub use geometry::{Crossed, End, Geometry, Leg, MOST_ROUNDS, Passage, Regions, Sight};
+pub use geometry::{AirCell, Crossed, End, Geometry, Leg, MOST_ROUNDS, Passage, Regions, Sight};
 pub use layers::Redrawn;
 pub use mend::Mended;
 pub use mesh::{Mesh, MeshTriangle};

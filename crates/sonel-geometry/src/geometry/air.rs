@@ -17,6 +17,17 @@ const RAYS_OF_SIDE: usize = 64;
 /// for each, at least four.
 const RAYS_OF_ALL: usize = 400_000;
 
+/// A part of the air that faces bound on all sides.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AirCell {
+    /// Its number, [`Geometry::cell_at`].
+    pub number: u32,
+    /// Volume [m³].
+    pub volume: f64,
+    /// Centre of its bounds, in world coordinates [m].
+    pub center: DVec3,
+}
+
 impl Geometry {
     /// Whether a world position [m] is in the air of the closed room: within its hull and in no solid.
     pub fn contains(&self, point: DVec3) -> bool {
@@ -32,6 +43,15 @@ impl Geometry {
     /// Whether a cell is air of the closed room.
     pub fn is_air_cell(&self, cell: u32) -> bool {
         self.is_closed_room() && cell != OUTSIDE && self.cells.cell(cell).is_air
+    }
+
+    /// The cells of air, where the room is closed.
+    pub fn air_cells(&self) -> impl Iterator<Item = AirCell> + '_ {
+        let inside = self.cells.inside().filter(|(number, _)| self.is_air_cell(*number));
+        inside.map(|(number, cell)| {
+            let (low, high) = cell.bounds;
+            AirCell { number, volume: cell.volume, center: 0.5 * (low + high) }
+        })
     }
 
     /// The cells in front of a wall and behind it, all along it. Borders between airs bound no cells: 0.

@@ -59,7 +59,10 @@ pub(super) fn of(geometry: &Geometry, scene: &Scene) -> Vec<String> {
     }
     faults.extend(overlaps(geometry));
     faults.extend(dead_ends(geometry, scene));
-    faults.extend(unreachable(geometry, scene));
+    if geometry.is_closed_room() {
+        faults.extend(within_solids(geometry));
+        faults.extend(sealed(geometry, scene));
+    }
     faults
 }
 
@@ -172,12 +175,9 @@ fn dead_ends(geometry: &Geometry, scene: &Scene) -> Option<String> {
     })
 }
 
-/// Surfaces of a closed room with no air on either side, or only air that is sealed off from every source, in a sentence. Where a solid stands
-/// flush against a wall or another solid is no fault.
-fn unreachable(geometry: &Geometry, scene: &Scene) -> Option<String> {
-    if !geometry.is_closed_room() {
-        return None;
-    }
+/// Air of a closed room that no source is in and no wall leads to, in a sentence: inside a pillar or a cabinet that is drawn without its ends it
+/// counts as room.
+fn sealed(geometry: &Geometry, scene: &Scene) -> Option<String> {
     let at_sources: Vec<u32> = scene
         .sources
         .iter()
@@ -186,22 +186,34 @@ fn unreachable(geometry: &Geometry, scene: &Scene) -> Option<String> {
         .collect();
     let transmits =
         scene.materials.iter().any(|material| material.transmission.iter().any(|&share| share > 0.0));
-    let anywhere = transmits || at_sources.is_empty();
-    let sounds = |cell: u32| geometry.is_air_cell(cell) && (anywhere || at_sources.contains(&cell));
+    if transmits || at_sources.is_empty() {
+        return None;
+    }
+    let sealed = geometry.air_cells().filter(|cell| !at_sources.contains(&cell.number));
+    let named: Vec<String> =
+        sealed.map(|cell| format!("{} m³ about ({}) m", number(cell.volume), place(cell.center))).collect();
+    (!named.is_empty()).then(|| {
+        format!(
+            "air is sealed off from every source and counts in the volume: {}; draw what closes the object, its top or bottom, or a way in",
+            listed(&named)
+        )
+    })
+}
+
+/// Surfaces of a closed room with no air on either side, in a sentence. Where a solid stands flush against a wall or another solid is no fault.
+fn within_solids(geometry: &Geometry) -> Option<String> {
     let is_contact = |(surface, id): (&Surface, SurfaceId)| {
         surface.closed && geometry.exposed(id) <= LARGEST_BARE_SHARE * surface.area
     };
     let all = geometry.surfaces().iter().zip((0..).map(SurfaceId));
     let unreached = all.filter(|&(surface, id)| {
-        !surface.interface && !is_contact((surface, id)) && !geometry.cells_beside(id).any(sounds)
+        !surface.interface
+            && !is_contact((surface, id))
+            && !geometry.cells_beside(id).any(|cell| geometry.is_air_cell(cell))
     });
     let named = surfaces(unreached.map(|(surface, _)| surface));
     (!named.is_empty()).then(|| {
-        format!(
-            "{} inside solids or sealed off from every source, which no sound reaches: {}",
-            count(named.len(), "surface"),
-            listed(&named)
-        )
+        format!("{} inside solids, which no sound reaches: {}", count(named.len(), "surface"), listed(&named))
     })
 }
 

@@ -102,8 +102,9 @@ impl MaterialSources {
 
     fn advice(&self, name: &str) -> String {
         let words = [name.to_owned()];
-        let alike: Vec<&str> =
+        let mut alike: Vec<&str> =
             self.all().filter(|entry| entry.matches(&words)).map(|entry| entry.name.as_str()).collect();
+        alike.sort_by_key(|alike| !alike.starts_with(name));
         if !alike.is_empty() {
             let more = if alike.len() > MOST_NAMES { ", …" } else { "" };
             return format!("matching: {}{more}", alike[..alike.len().min(MOST_NAMES)].join(", "));
