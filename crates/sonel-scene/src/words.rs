@@ -3,7 +3,7 @@
 /// Letters of the shortest word with a meaning: `rug`; shorter ones are abbreviations.
 const SHORTEST_WORD: usize = 3;
 /// Words that mean another.
-const SYNONYMS: [(&str, &str); 16] = [
+const SYNONYMS: [(&str, &str); 36] = [
     ("wooden", "wood"),
     ("timber", "wood"),
     ("hardwood", "wood"),
@@ -20,6 +20,27 @@ const SYNONYMS: [(&str, &str); 16] = [
     ("lino", "linoleum"),
     ("gras", "grass"),
     ("lawn", "grass"),
+    // Purposes are those of DIN 18041, and so are many models.
+    ("decke", "ceiling"),
+    ("boden", "floor"),
+    ("fußboden", "floor"),
+    ("fussboden", "floor"),
+    ("wand", "wall"),
+    ("wände", "wall"),
+    ("waende", "wall"),
+    ("fenster", "window"),
+    ("tür", "door"),
+    ("türen", "door"),
+    ("teppich", "carpet"),
+    ("vorhang", "curtain"),
+    ("parkett", "parquet"),
+    ("beton", "concrete"),
+    ("putz", "plaster"),
+    ("gla", "glass"),
+    ("ziegel", "brick"),
+    ("stuhl", "chair"),
+    ("stühle", "chair"),
+    ("publikum", "people"),
 ];
 /// Words of letters in lower case and the singular, synonyms as one; a capital after a small letter begins a word.
 pub(crate) fn words(name: &str) -> Vec<String> {
@@ -52,5 +73,6 @@ mod tests {
     #[test]
     fn words_are_split_and_singular() {
         assert_eq!(words("MyWalls_02 glassDoors"), ["wall", "glass", "door"]);
+        assert_eq!(words("Fußboden Parkett, Glas"), ["floor", "parquet", "glass"]);
     }
 }
