@@ -145,6 +145,7 @@ pub fn estimate(
         warning,
         decay: None,
         kernel,
+        is_time: false,
         materials: Vec::new(),
     };
     let parts = match parts {

@@ -131,6 +131,12 @@ impl Parameter {
         matches!(self, Self::EarlyDecayTime | Self::T20 | Self::T30)
     }
 
+    /// Whether it is a time, which falls about as the reciprocal of the absorption.
+    #[must_use]
+    pub fn is_time(self) -> bool {
+        self.is_noticed_relatively() || self == Self::CenterTime
+    }
+
     /// Its symbol and unit as the head of a column, and the factor from its own unit to that one.
     #[must_use]
     pub fn heading(self) -> (&'static str, &'static str, f64) {

@@ -142,18 +142,17 @@ impl ReceiverParameters {
             .collect()
     }
 
-    /// The values of [`Self::values`], in its order.
-    pub(crate) fn values_mut(&mut self) -> Vec<&mut ParameterValue> {
+    /// The values of [`Self::values`], in its order, each with the index of its band; none of several bands.
+    pub(crate) fn values_mut(&mut self) -> Vec<(Option<usize>, &mut ParameterValue)> {
         let Self { speech_transmission_index, a_weighted_level_db, echo, in_noise, bands, .. } = self;
         let noise =
             in_noise.iter_mut().flat_map(|speech| [&mut speech.level_db, &mut speech.signal_to_noise_db]);
-        let bands = bands.iter_mut().flat_map(|band| band.parameters.iter_mut().map(|(_, value)| value));
-        [speech_transmission_index, a_weighted_level_db]
-            .into_iter()
-            .chain(echo)
-            .chain(noise)
-            .chain(bands)
-            .collect()
+        let bands = bands.iter_mut().enumerate();
+        let bands =
+            bands.flat_map(|(b, band)| band.parameters.iter_mut().map(move |(_, value)| (Some(b), value)));
+        let of_several =
+            [speech_transmission_index, a_weighted_level_db].into_iter().chain(echo).chain(noise);
+        of_several.map(|value| (None, value)).chain(bands).collect()
     }
 
     /// What any band has parameters of, in their order: noise is not stated in all bands.
@@ -403,7 +402,7 @@ fn refused_or_widened(
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
 ) -> ParameterValue {
     let just_noticeable = parameter.just_noticeable(estimate.value);
-    let estimate = estimate.unless_noisy(just_noticeable)?;
+    let estimate = Estimate { is_time: parameter.is_time(), ..estimate }.unless_noisy(just_noticeable)?;
     let bounds: Option<Vec<&Bounds>> = readings.iter().map(|reading| reading.bounds.as_ref()).collect();
     match bounds {
         Some(bounds) => missing::widened(estimate, &bounds, just_noticeable, read),

@@ -6,7 +6,7 @@ use sonel_acoustics::noise::{NoiseCurve, RoomCriterion};
 
 use crate::average::single_number;
 use crate::echo::ECHO_CRITERIA;
-use crate::estimate::{ParameterValue, Unsupported};
+use crate::estimate::{Estimate, ParameterValue, Unsupported};
 use crate::parameter::Parameter;
 use crate::receiver::{BandParameters, ReceiverParameters, SpeechInNoise};
 
@@ -152,20 +152,32 @@ pub(super) fn cell(estimate: &ParameterValue, factor: f64, notes: &mut Notes) ->
     };
     let value = estimate.value * factor;
     let warning = estimate.warning.as_ref().map(|warning| notes.mark(warning)).unwrap_or_default();
-    let materials = estimate.material_half_width().map(|half| half * factor);
-    let beside = |digits: usize| materials.map(|half| format!(" ±{half:.digits$}")).unwrap_or_default();
     match &estimate.interval {
         Ok([low, high]) => {
             // Where the run ends early, an interval reaches further to one side.
             let half = (high - estimate.value).max(estimate.value - low) * factor;
             let digits = digits(value, half);
-            format!("{value:.digits$} ±{half:.digits$}{}{warning}", beside(digits))
+            format!("{value:.digits$} ±{half:.digits$}{}{warning}", by_materials(estimate, factor, digits))
         }
         Err(reason) => {
-            let digits = digits(value, materials.unwrap_or(0.0));
-            let simulation = if materials.is_some() { " ±–" } else { "" };
-            format!("{value:.digits$}{simulation}{}{}", beside(digits), notes.mark(&reason.to_string()))
+            let low = estimate.material_interval().map(|[low, _]| factor * (estimate.value - low));
+            let digits = digits(value, low.unwrap_or(0.0));
+            let simulation = if low.is_some() { " ±–" } else { "" };
+            let materials = by_materials(estimate, factor, digits);
+            format!("{value:.digits$}{simulation}{materials}{}{warning}", notes.mark(&reason.to_string()))
         }
+    }
+}
+
+/// ` ±0.34`, or ` −0.25 +0.57` to either side, of the interval of the materials; empty where it is not known.
+#[must_use]
+pub fn by_materials(estimate: &Estimate, factor: f64, digits: usize) -> String {
+    let Some([low, high]) = estimate.material_interval() else { return String::new() };
+    let side =
+        |off: f64| if off.is_finite() { format!("{:.digits$}", factor * off) } else { "∞".to_owned() };
+    match (side(estimate.value - low), side(high - estimate.value)) {
+        (low, high) if low == high => format!(" ±{low}"),
+        (low, high) => format!(" −{low} +{high}"),
     }
 }
 
