@@ -424,6 +424,9 @@ pub enum NoInterval {
     /// The file holds no batches.
     #[error("the response holds no batches")]
     NoBatches,
+    /// Measured once.
+    #[error("a single measurement has no interval")]
+    SingleMeasurement,
     /// One batch has no spread.
     #[error("the response holds one batch: trace with --batches 2 or more")]
     OneBatch,
