@@ -150,7 +150,8 @@ impl Map {
         let sources = self.sonels().header().scene.sources.len();
         if response.sources() != sources {
             return Err(Error::refused(format!(
-                "the response has {} sources, the map {sources}: take the response before its sources became one",
+                "the response has {} sources, the map {sources}: sources as one (--together) have no interval of the materials \
+                 (--material-uncertainty): leave one of the options out",
                 response.sources()
             )));
         }
