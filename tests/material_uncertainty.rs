@@ -99,3 +99,10 @@ pub fn values(found: &ReceiverParameters) -> Vec<sonel_analysis::Estimate> {
     };
     READ.iter().flat_map(of).map(|value| value.expect("a value")).collect()
 }
+
+/// Half the width of the interval of the materials.
+#[must_use]
+pub fn half_width(estimate: &sonel_analysis::Estimate) -> f64 {
+    let [low, high] = estimate.material_interval().expect("materials");
+    0.5 * (high - low)
+}

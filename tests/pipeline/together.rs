@@ -64,3 +64,22 @@ fn gains_and_delays_of_the_scene_are_the_defaults_of_together() {
         "gain of \"rear\": -101 dB is outside -100 … 100 dB"
     );
 }
+
+#[test]
+fn tables_state_the_system_and_refuse_intervals_of_its_materials() {
+    let folder = TestFolder::with(&format!("{SCENE}{DELAY}"));
+    trace(&folder, "a.sonelmap", &["--packets", "200"]).expect("traced");
+    render(&folder, "a.sonelmap", "a.npz", &[]).expect("rendered");
+    let [map, file] = ["a.sonelmap", "a.npz"].map(|name| folder.path(name).display().to_string());
+    let analyze = |options: &[&str]| {
+        let line = [&["sonel-analyze", "parameters", &file, "--together"], options].concat();
+        let arguments = sonel_analyze::Arguments::try_parse_from(line).expect("options");
+        let mut out = Vec::new();
+        sonel_analyze::run(&arguments, &mut out, &mut Vec::new()).map_err(|error| format!("{error:#}"))?;
+        Ok::<_, String>(String::from_utf8(out).expect("text"))
+    };
+    let table = analyze(&["--gain", "speaker=1.5"]).expect("a table");
+    assert!(table.contains(", sources \"speaker 1.5 dB + rear −6 dB 12 ms\": source"), "{table}");
+    let refused = analyze(&["--map", &map, "--material-uncertainty", "0.05"]).expect_err("two options");
+    assert!(refused.contains("(--together)") && refused.contains("(--material-uncertainty)"), "{refused}");
+}

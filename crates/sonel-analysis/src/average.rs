@@ -78,6 +78,7 @@ mod tests {
             warning: None,
             decay: None,
             kernel: None,
+            is_time: false,
             materials: Vec::new(),
         })
     }

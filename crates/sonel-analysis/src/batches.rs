@@ -41,9 +41,10 @@ impl Parts {
         r: usize,
         b: usize,
         arrivals: &[Arrival],
-        scale: LevelScale,
+        scale: Option<LevelScale>,
     ) -> Result<Self, NoInterval> {
-        let stored = response.batches.as_ref().ok_or(NoInterval::NoBatches)?;
+        let none = if response.is_measured() { NoInterval::SingleMeasurement } else { NoInterval::NoBatches };
+        let stored = response.batches.as_ref().ok_or(none)?;
         let edges = response.batch_edges(s, r).ok_or(NoInterval::NoBatches)?;
         let batches: Vec<(f64, &[f32])> =
             weighted(&stored.weight, |g| response.batch_echogram(g, s, r, b)).collect();
@@ -145,6 +146,7 @@ pub fn estimate(
         warning,
         decay: None,
         kernel,
+        is_time: false,
         materials: Vec::new(),
     };
     let parts = match parts {

@@ -3,7 +3,7 @@
 //! Parameters of one response share their batches, so that their errors are correlated: the number is read without each batch in turn and
 //! jackknifed like a parameter itself.
 
-use crate::estimate::{Estimate, NoInterval, ParameterValue, Unsupported};
+use crate::estimate::{Estimate, MaterialChange, NoInterval, ParameterValue, Unsupported};
 use crate::jackknife;
 
 /// A number derived from parameters of one response, `of` their values: a mean, a slope. With its interval.
@@ -24,7 +24,11 @@ pub fn derived<'a>(
     };
     let value = take(&|estimate| estimate.value);
     let materials = by_materials(&of, &estimates, value);
-    let bare = |interval| Estimate { materials: materials.clone(), ..Estimate::bare(value, interval) };
+    let bare = |interval| Estimate {
+        is_time: first.is_time,
+        materials: materials.clone(),
+        ..Estimate::bare(value, interval)
+    };
     if let Some(reason) = estimates.iter().find_map(|estimate| estimate.interval.as_ref().err()) {
         return Ok(bare(Err(reason.clone())));
     }
@@ -59,19 +63,21 @@ pub fn derived<'a>(
 /// Share of a standard uncertainty over which the derived number is taken as linear.
 const SMALL: f64 = 1e-3;
 
-/// Changes of the derived `value` by one standard uncertainty of each material; none where a parameter has none.
-fn by_materials(of: &impl Fn(&[f64]) -> f64, estimates: &[&Estimate], value: f64) -> Vec<f64> {
+/// Changes of the derived `value` by each material; none where a parameter has none.
+fn by_materials(of: &impl Fn(&[f64]) -> f64, estimates: &[&Estimate], value: f64) -> Vec<MaterialChange> {
     let count = estimates.first().map_or(0, |first| first.materials.len());
     if estimates.iter().any(|estimate| estimate.materials.len() != count) {
         return Vec::new();
     }
-    (0..count)
-        .map(|m| {
-            let moved: Vec<f64> =
-                estimates.iter().map(|estimate| estimate.value + SMALL * estimate.materials[m]).collect();
-            (of(&moved) - value) / SMALL
-        })
-        .collect()
+    let change = |m: usize, read: &dyn Fn(&MaterialChange) -> f64| {
+        let moved = |estimate: &&Estimate| estimate.value + SMALL * read(&estimate.materials[m]);
+        (of(&estimates.iter().map(moved).collect::<Vec<f64>>()) - value) / SMALL
+    };
+    let changes = |m: usize| MaterialChange {
+        by_one: change(m, &|of| of.by_one),
+        at_ends: [0, 1].map(|end| change(m, &|of| of.at_ends[end])),
+    };
+    (0..count).map(changes).collect()
 }
 
 /// Reach of an interval beyond its noise: below, negative or zero, and above.

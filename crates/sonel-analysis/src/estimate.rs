@@ -24,13 +24,20 @@ pub struct Estimate {
     pub decay: Option<DecayQuality>,
     /// Bias of discs and spheres; none where nothing is averaged over an area.
     pub kernel: Option<KernelShift>,
-    /// Changes of the value by one standard uncertainty of the absorption of each uncertain material ([`crate::materials`]); empty where they are
-    /// not known.
-    pub materials: Vec<f64>,
+    /// Whether it is a time, whose reciprocal is about linear in the absorption ([`crate::materials`]).
+    pub is_time: bool,
+    /// Changes by each uncertain material ([`crate::materials`]); empty where they are not known.
+    pub materials: Vec<MaterialChange>,
 }
 
-/// Standard uncertainties in half an interval of the materials: 95 % of a normal distribution.
-const COVERAGE_FACTOR: f64 = 1.96;
+/// Changes of a value by the absorption of an uncertain material, to first order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MaterialChange {
+    /// By one standard uncertainty.
+    pub by_one: f64,
+    /// At the lowest and the highest absorption within the 95 % interval and within 0 … 1.
+    pub at_ends: [f64; 2],
+}
 
 /// Shift of a parameter when it is freed of the bias of discs and spheres.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,15 +82,17 @@ impl Estimate {
             warning: None,
             decay: None,
             kernel: None,
+            is_time: false,
             materials: Vec::new(),
         }
     }
 
-    /// Half-width of the 95 % interval that the uncertainty of the materials makes; none where it is not known.
+    /// The 95 % interval that the uncertainty of the materials makes; none where it is not known. The upper end of a time is infinite where its
+    /// decay rate may be zero.
     #[must_use]
-    pub fn material_half_width(&self) -> Option<f64> {
-        let variance: f64 = self.materials.iter().map(|change| change * change).sum();
-        (!self.materials.is_empty()).then(|| COVERAGE_FACTOR * variance.sqrt())
+    pub fn material_interval(&self) -> Option<[f64; 2]> {
+        (!self.materials.is_empty())
+            .then(|| [-1.0, 1.0].map(|side| self.moved(side * self.material_change(side))))
     }
 
     /// The 95 % interval of simulation and materials together, as far as they are known: to either side the root of the sum of squares.
@@ -92,11 +101,26 @@ impl Estimate {
     /// Why the simulation has none.
     pub fn whole_interval(&self) -> Interval {
         let [low, high] = self.interval.clone()?;
-        let materials = self.material_half_width().unwrap_or(0.0);
-        Ok([
-            self.value - libm::hypot(self.value - low, materials),
-            self.value + libm::hypot(high - self.value, materials),
-        ])
+        Ok([(low, -1.0), (high, 1.0)].map(|(end, side)| {
+            self.moved(side * libm::hypot(self.change_to(end), self.material_change(side)))
+        }))
+    }
+
+    /// First-order change by the materials to one `side`, −1 or 1: the root of the sum of squares, at least 0.
+    fn material_change(&self, side: f64) -> f64 {
+        let farthest =
+            |change: &MaterialChange| change.at_ends.iter().fold(0.0_f64, |far, end| far.max(side * end));
+        self.materials.iter().map(|change| farthest(change) * farthest(change)).sum::<f64>().sqrt()
+    }
+
+    /// The value after a first-order `change`: of a time, that of its reciprocal is taken.
+    fn moved(&self, change: f64) -> f64 {
+        if self.is_time { self.value / (1.0 - change / self.value).max(0.0) } else { self.value + change }
+    }
+
+    /// The first-order change that moves the value to `end`.
+    fn change_to(&self, end: f64) -> f64 {
+        if self.is_time { self.value - self.value * (self.value / end.max(0.0)) } else { end - self.value }
     }
 
     /// The estimate, unless its interval is hopelessly wide; `just_noticeable` is the just-noticeable difference about its
@@ -400,6 +424,9 @@ pub enum NoInterval {
     /// The file holds no batches.
     #[error("the response holds no batches")]
     NoBatches,
+    /// Measured once.
+    #[error("a single measurement has no interval")]
+    SingleMeasurement,
     /// One batch has no spread.
     #[error("the response holds one batch: trace with --batches 2 or more")]
     OneBatch,

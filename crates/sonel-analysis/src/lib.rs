@@ -42,6 +42,7 @@ pub mod measured;
 mod missing;
 pub mod modal;
 pub mod modulation;
+pub mod octave;
 pub mod open_plan;
 pub mod outlier;
 pub mod parameter;

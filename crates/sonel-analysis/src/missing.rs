@@ -37,7 +37,7 @@ impl Bounds {
         echogram: Echogram<'_>,
         curve: &Result<DecayCurve, Unsupported>,
         (fluence, rate): (f64, f64),
-        scale: LevelScale,
+        scale: Option<LevelScale>,
     ) -> Option<Self> {
         let (least, most, rate) = match curve {
             Ok(curve) => {

@@ -10,6 +10,7 @@
 use std::f64::consts::TAU;
 
 use crate::decay::DecayCurve;
+use crate::octave;
 
 /// Modulation frequencies, 0.63 to 12.5 Hz in third octaves [Hz].
 pub const MODULATION_FREQUENCIES: [f64; 14] =
@@ -42,8 +43,11 @@ impl Talk {
     #[must_use]
     pub fn more_than(&self, frequencies: &[f64], power_level_db: &[f64]) -> [f64; 7] {
         std::array::from_fn(|k| {
-            let band = frequencies.iter().position(|center| center.total_cmp(&SPEECH_OCTAVES[k]).is_eq());
-            band.zip(self.power_level_db).map_or(0.0, |(band, speech)| speech[k] - power_level_db[band])
+            let bands = octave::bands_of(SPEECH_OCTAVES[k], frequencies);
+            let power = bands.map(|bands| {
+                octave::sum_db(&bands.iter().map(|&band| power_level_db[band]).collect::<Vec<_>>())
+            });
+            power.zip(self.power_level_db).map_or(0.0, |(power, speech)| speech[k] - power)
         })
     }
 }

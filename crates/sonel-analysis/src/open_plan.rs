@@ -81,19 +81,21 @@ pub fn line(response: &Response, s: usize, receivers: &[usize], talk: &Talk) -> 
         enough(&of_levels)?;
         derived(|levels| read(regression(&of_levels, levels)), levels.iter().copied())
     };
-    let index = |value| reached("the speech transmission index", value, &of_indices, &indices, |r| r);
+    let index =
+        |symbol, value| reached(symbol, "the speech transmission index", value, &of_indices, &indices, |r| r);
     Line {
         decay_rate_db: level(|[_, slope]| -slope * libm::log10(2.0)),
         level_at_4_m_db: level(|[at_one, slope]| at_one + slope * libm::log10(4.0)),
-        comfort_distance: reached("the levels", COMFORT, &of_levels, &levels, |lg| libm::pow(10.0, lg)),
-        distraction_distance: index(DISTRACTION),
-        privacy_distance: index(PRIVACY),
+        comfort_distance: reached("rC", "the levels", COMFORT, &of_levels, &levels, |lg| libm::pow(10.0, lg)),
+        distraction_distance: index("rD", DISTRACTION),
+        privacy_distance: index("rP", PRIVACY),
         places,
     }
 }
 
-/// Distance [m] at which the line of `of_what` over `x` falls to `value`, where `distance` is that of an x.
+/// Distance `symbol` [m] at which the line of `of_what` over `x` falls to `value`, where `distance` is that of an x.
 fn reached(
+    symbol: &str,
     of_what: &'static str,
     value: f64,
     x: &[f64],
@@ -109,8 +111,12 @@ fn reached(
     }
     let [nearest, farthest] = [x[0], x[x.len() - 1]].map(distance);
     let beyond = match found.value {
-        found if found > farthest => Some(format!("extrapolated: the line ends at {farthest:.1} m")),
-        found if found < nearest => Some(format!("extrapolated: the line begins at {nearest:.1} m")),
+        found if found > farthest => {
+            Some(format!("{symbol} is extrapolated: the line ends at {farthest:.1} m"))
+        }
+        found if found < nearest => {
+            Some(format!("{symbol} is extrapolated: the line begins at {nearest:.1} m"))
+        }
         _ => None,
     };
     Ok(found.warned(beyond))
@@ -224,7 +230,7 @@ mod tests {
         near(&line.distraction_distance, 5.536_728_299_6);
         near(&line.privacy_distance, 21.682_528_259_9);
         let warning = line.privacy_distance.expect("a distance").warning.expect("beyond the line");
-        assert!(warning.contains("20.0 m"), "{warning}");
+        assert!(warning == "rP is extrapolated: the line ends at 20.0 m", "{warning}");
     }
 
     #[test]
@@ -232,7 +238,7 @@ mod tests {
         let response = response(&[8.0, 12.0, 20.0]);
         let found = line(&response, 0, &[0, 1, 2], &talk()).distraction_distance.expect("a distance");
         assert!(found.value < 8.0, "{}", found.value);
-        assert_eq!(found.warning.as_deref(), Some("extrapolated: the line begins at 8.0 m"));
+        assert_eq!(found.warning.as_deref(), Some("rD is extrapolated: the line begins at 8.0 m"));
     }
 
     #[test]

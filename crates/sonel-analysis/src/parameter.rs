@@ -131,6 +131,12 @@ impl Parameter {
         matches!(self, Self::EarlyDecayTime | Self::T20 | Self::T30)
     }
 
+    /// Whether it is a time, which falls about as the reciprocal of the absorption.
+    #[must_use]
+    pub fn is_time(self) -> bool {
+        self.is_noticed_relatively() || self == Self::CenterTime
+    }
+
     /// Its symbol and unit as the head of a column, and the factor from its own unit to that one.
     #[must_use]
     pub fn heading(self) -> (&'static str, &'static str, f64) {
@@ -156,7 +162,7 @@ impl Parameter {
     }
 }
 
-/// Constants that turn energy into levels.
+/// Constants that turn energy into levels, which a measurement that is not calibrated lacks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LevelScale {
     /// Power level of the source [dB re 1 pW].
@@ -178,18 +184,21 @@ pub struct Values {
 impl Values {
     /// Reads all parameters off `echogram`.
     #[must_use]
-    pub fn read(echogram: Echogram<'_>, scale: LevelScale) -> Self {
+    pub fn read(echogram: Echogram<'_>, scale: Option<LevelScale>) -> Self {
         Self::of_curve(echogram.total(), DecayCurve::new(echogram), scale)
     }
 
     /// The parameters of a record of energy `total` with `curve`.
     #[must_use]
-    pub fn of_curve(total: f64, curve: Result<DecayCurve, Unsupported>, scale: LevelScale) -> Self {
+    pub fn of_curve(total: f64, curve: Result<DecayCurve, Unsupported>, scale: Option<LevelScale>) -> Self {
         let nothing = || match &curve {
             Err(reason @ Unsupported::DirectOutside { .. }) => reason.clone(),
             _ => Unsupported::NoEnergy,
         };
-        let level = |value: f64| if total > 0.0 { Ok(value) } else { Err(nothing()) };
+        let level = |read: &dyn Fn(LevelScale) -> f64| {
+            let scale = scale.ok_or(Unsupported::NotCalibrated)?;
+            if total > 0.0 { Ok(read(scale)) } else { Err(nothing()) }
+        };
         let on_curve = |read: &dyn Fn(&DecayCurve) -> Result<f64, Unsupported>| {
             curve.as_ref().map_err(Clone::clone).and_then(read)
         };
@@ -204,9 +213,9 @@ impl Values {
         let time = |line: &Result<DecayLine, Unsupported>| line.clone().map(|line| line.time);
         let values = Parameter::ALL.map(|parameter| match parameter {
             Parameter::Level => {
-                level(level_db(total, scale.source_power_level_db, scale.characteristic_impedance))
+                level(&|scale| level_db(total, scale.source_power_level_db, scale.characteristic_impedance))
             }
-            Parameter::Strength => level(strength_db(total)),
+            Parameter::Strength => level(&|_| strength_db(total)),
             Parameter::EarlyDecayTime => time(&early),
             Parameter::T20 => time(&t20),
             Parameter::T30 => time(&t30),

@@ -18,6 +18,7 @@ use crate::estimate::{Estimate, NoInterval, ParameterValue, Unsupported};
 use crate::listed;
 use crate::missing::{self, Bounds};
 use crate::modulation::{self, Borders, SPEECH_OCTAVES, Talk};
+use crate::octave;
 use crate::parameter::{LevelScale, Parameter, Values};
 use crate::window::{WINDOW_COUNT, WINDOWS, Window};
 use crate::{lateral, skewness, support};
@@ -59,19 +60,15 @@ pub struct SpeechInNoise {
 impl SpeechInNoise {
     fn of(bands: &[BandParameters], talk: &Talk, more: [f64; 7]) -> Self {
         let noise_level_db = noise::a_weighted_db(&SPEECH_OCTAVES, &talk.noise_level_db);
-        let found: Vec<&ParameterValue> = SPEECH_OCTAVES
-            .iter()
-            .filter_map(|octave| bands.iter().find(|band| band.center_frequency_hz.total_cmp(octave).is_eq()))
-            .map(|band| band.parameter(Parameter::Level))
-            .collect();
-        let complete = found.len() == SPEECH_OCTAVES.len();
-        let sum = |levels: &[f64]| {
-            let louder: Vec<f64> = levels.iter().zip(more).map(|(level, more)| level + more).collect();
-            noise::a_weighted_db(&SPEECH_OCTAVES, &louder)
-        };
-        let read = |less: f64| match complete {
-            true => derived(|levels| sum(levels) - less, found.iter().copied()),
-            false => Err(Unsupported::NotOctaves),
+        let frequencies: Vec<f64> = bands.iter().map(|band| band.center_frequency_hz).collect();
+        let read = |less: f64| {
+            let octaves = speech_octaves(&frequencies)?;
+            let sum = |levels: &[f64]| {
+                let octaves = levels.chunks(octaves[0].len()).zip(more);
+                let louder: Vec<f64> = octaves.map(|(levels, more)| octave::sum_db(levels) + more).collect();
+                noise::a_weighted_db(&SPEECH_OCTAVES, &louder) - less
+            };
+            derived(sum, octaves.iter().flatten().map(|&band| bands[band].parameter(Parameter::Level)))
         };
         Self { level_db: read(0.0), noise_level_db, signal_to_noise_db: read(noise_level_db) }
     }
@@ -116,9 +113,12 @@ impl ReceiverParameters {
     /// Levels of the source in [`noise::NOISE_OCTAVES`] [dB re 20 µPa], for ratings of what it radiates as noise; none where an octave is missing.
     #[must_use]
     pub fn octave_levels_db(&self) -> [Option<f64>; 8] {
+        let frequencies: Vec<f64> = self.bands.iter().map(|band| band.center_frequency_hz).collect();
         noise::NOISE_OCTAVES.map(|octave| {
-            let band = self.bands.iter().find(|band| band.center_frequency_hz.total_cmp(&octave).is_eq())?;
-            band.parameter(Parameter::Level).as_ref().ok().map(|estimate| estimate.value)
+            let bands = octave::bands_of(octave, &frequencies)?;
+            let level = |&band: &usize| self.bands[band].parameter(Parameter::Level).as_ref().ok();
+            let levels: Option<Vec<f64>> = bands.iter().map(|band| Some(level(band)?.value)).collect();
+            levels.map(|levels| octave::sum_db(&levels))
         })
     }
 
@@ -142,18 +142,17 @@ impl ReceiverParameters {
             .collect()
     }
 
-    /// The values of [`Self::values`], in its order.
-    pub(crate) fn values_mut(&mut self) -> Vec<&mut ParameterValue> {
+    /// The values of [`Self::values`], in its order, each with the index of its band; none of several bands.
+    pub(crate) fn values_mut(&mut self) -> Vec<(Option<usize>, &mut ParameterValue)> {
         let Self { speech_transmission_index, a_weighted_level_db, echo, in_noise, bands, .. } = self;
         let noise =
             in_noise.iter_mut().flat_map(|speech| [&mut speech.level_db, &mut speech.signal_to_noise_db]);
-        let bands = bands.iter_mut().flat_map(|band| band.parameters.iter_mut().map(|(_, value)| value));
-        [speech_transmission_index, a_weighted_level_db]
-            .into_iter()
-            .chain(echo)
-            .chain(noise)
-            .chain(bands)
-            .collect()
+        let bands = bands.iter_mut().enumerate();
+        let bands =
+            bands.flat_map(|(b, band)| band.parameters.iter_mut().map(move |(_, value)| (Some(b), value)));
+        let of_several =
+            [speech_transmission_index, a_weighted_level_db].into_iter().chain(echo).chain(noise);
+        of_several.map(|value| (None, value)).chain(bands).collect()
     }
 
     /// What any band has parameters of, in their order: noise is not stated in all bands.
@@ -241,8 +240,10 @@ fn at_receiver(
             let mut parameters = band_parameters(band, on_stage);
             let octave =
                 SPEECH_OCTAVES.iter().position(|octave| octave.total_cmp(&center_frequency_hz).is_eq());
-            if let Some(((talk, more), k)) = talk.zip(more).zip(octave) {
-                parameters.extend(in_noise(&band.all, more[k], talk.noise_level_db[k]));
+            let of_octave = octave::bands_of(center_frequency_hz, &response.center_frequency_hz);
+            if let Some((((talk, more), k), of_octave)) = talk.zip(more).zip(octave).zip(of_octave) {
+                let octave: Vec<&Reading> = of_octave.iter().map(|&band| &bands[band].all).collect();
+                parameters.extend(in_noise(&octave, more[k], talk.noise_level_db[k]));
             }
             if has_direct {
                 let direct = direct_energy(response, s, r, b);
@@ -253,7 +254,7 @@ fn at_receiver(
             }
             if let Some(reached_db) = response.metadata["measured"]["reached_db"][b].as_f64() {
                 parameters.retain_mut(|(parameter, value)| {
-                    if let Some(reason) = refusal(*parameter, reached_db) {
+                    if let (Ok(_), Some(reason)) = (&value, refusal(*parameter, reached_db)) {
                         *value = Err(reason);
                     }
                     !matches!(parameter, Parameter::SupportEarly | Parameter::SupportLate)
@@ -292,29 +293,29 @@ fn refusal(parameter: Parameter, reached_db: f64) -> Option<Unsupported> {
         Parameter::EarlyDecayTime => -10.0,
         Parameter::T20 => -25.0,
         Parameter::T30 => -35.0,
-        Parameter::Level
-        | Parameter::Strength
-        | Parameter::SignalToNoise
-        | Parameter::UsefulToDetrimental => {
-            return Some(Unsupported::NotCalibrated);
-        }
         // Ratios of energies are off by less than a just-noticeable difference.
         _ => -10.0,
     } - BELOW_DECAY_DB;
     (reached_db > needed_db).then_some(Unsupported::NoiseReached { reached_db, needed_db })
 }
 
-/// U50 [Bradley1986] and signal-to-noise ratio of speech that is `more` [dB] louder than the source, in noise of a level [dB].
-fn in_noise(band: &Reading, more: f64, noise_db: f64) -> [(Parameter, ParameterValue); 2] {
+/// U50 [Bradley1986] and signal-to-noise ratio of speech in the bands of an octave that is `more` [dB] louder than the source, in noise of a level
+/// [dB].
+fn in_noise(bands: &[&Reading], more: f64, noise_db: f64) -> [(Parameter, ParameterValue); 2] {
     let [ratio, signal] = Parameter::IN_NOISE;
-    let of = |values: &Values, parameter: Parameter| values.values[parameter as usize].clone();
-    let useful = checked(&[band], ratio, |values| {
-        let [level, early] =
-            [of(values[0], Parameter::Level)? + more, of(values[0], Parameter::DefinitionD50)?];
-        let noise = libm::pow(10.0, 0.1 * (noise_db - level));
-        Ok(10.0 * libm::log10(early / (1.0 - early + noise)))
+    let of = |values: &[&Values], parameter: Parameter| -> Result<Vec<f64>, Unsupported> {
+        values.iter().map(|values| values.values[parameter as usize].clone()).collect()
+    };
+    let useful = checked(bands, ratio, |values| {
+        let (levels, shares) = (of(values, Parameter::Level)?, of(values, Parameter::DefinitionD50)?);
+        let energies: Vec<f64> =
+            levels.iter().map(|level| libm::pow(10.0, 0.1 * (level + more - noise_db))).collect();
+        let all: f64 = energies.iter().sum();
+        let early: f64 = energies.iter().zip(shares).map(|(energy, share)| energy * share).sum();
+        Ok(10.0 * libm::log10(early / (all - early + 1.0)))
     });
-    let over = checked(&[band], signal, |values| Ok(of(values[0], Parameter::Level)? + more - noise_db));
+    let over =
+        checked(bands, signal, |values| Ok(octave::sum_db(&of(values, Parameter::Level)?) + more - noise_db));
     [(ratio, useful), (signal, over)]
 }
 
@@ -340,10 +341,10 @@ fn direct_ratio(values: &Values, direct: f64) -> Result<f64, Unsupported> {
 
 fn read(response: &Response, listed: &listed::Index, s: usize, r: usize, b: usize) -> Reading {
     let arrivals = listed.of(response, s, r, b);
-    let scale = LevelScale {
+    let scale = (!response.is_measured()).then(|| LevelScale {
         source_power_level_db: response.source_power_level_db[s * response.bands() + b],
         characteristic_impedance: response.characteristic_impedance,
-    };
+    });
     let echogram = Echogram {
         edges: &response.time_edges_s,
         energy: response.echogram(s, r, b),
@@ -403,7 +404,7 @@ fn refused_or_widened(
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
 ) -> ParameterValue {
     let just_noticeable = parameter.just_noticeable(estimate.value);
-    let estimate = estimate.unless_noisy(just_noticeable)?;
+    let estimate = Estimate { is_time: parameter.is_time(), ..estimate }.unless_noisy(just_noticeable)?;
     let bounds: Option<Vec<&Bounds>> = readings.iter().map(|reading| reading.bounds.as_ref()).collect();
     match bounds {
         Some(bounds) => missing::widened(estimate, &bounds, just_noticeable, read),
@@ -445,23 +446,23 @@ fn speech(response: &Response, s: usize, bands: &[Band], talk: Option<&Talk>) ->
 }
 
 fn speech_bands<'a>(frequencies: &[f64], bands: &'a [Band]) -> Result<Vec<&'a Reading>, Unsupported> {
-    let find = |octave: f64| frequencies.iter().position(|center| center.total_cmp(&octave).is_eq());
-    let missing: Vec<String> = SPEECH_OCTAVES
-        .iter()
-        .filter(|&&octave| find(octave).is_none())
-        .map(|octave| format!("{octave} Hz"))
-        .collect();
+    let single = |octave: &Vec<usize>| match octave[..] {
+        [band] => Ok(&bands[band].all),
+        _ => Err(Unsupported::NotOctaves),
+    };
+    speech_octaves(frequencies)?.iter().map(single).collect()
+}
+
+/// Bands of every octave of speech among bands of these `frequencies` [Hz]: one each, or three.
+fn speech_octaves(frequencies: &[f64]) -> Result<Vec<Vec<usize>>, Unsupported> {
+    let found = SPEECH_OCTAVES.map(|octave| octave::bands_of(octave, frequencies));
+    let missing = SPEECH_OCTAVES.iter().zip(&found).filter(|(_, bands)| bands.is_none());
+    let missing: Vec<String> = missing.map(|(octave, _)| format!("{octave} Hz")).collect();
     if !missing.is_empty() {
         return Err(Unsupported::BandsMissing { missing: missing.join(", ") });
     }
-    if frequencies.windows(2).any(|pair| pair[1] / pair[0] < NARROWEST_OCTAVE_STEP) {
-        return Err(Unsupported::NotOctaves);
-    }
-    Ok(SPEECH_OCTAVES.iter().filter_map(|&octave| find(octave)).map(|index| &bands[index].all).collect())
+    Ok(found.into_iter().flatten().collect())
 }
-
-/// Nominal octaves lie at least this factor apart (63 to 125 Hz), third octaves at most 1.29.
-const NARROWEST_OCTAVE_STEP: f64 = 1.9;
 
 /// The index of the room, or of a talk that is so many decibels louder than the source in every octave.
 fn speech_index(
@@ -489,3 +490,6 @@ fn speech_index(
     }
     Ok(modulation::speech_transmission_index(&indices))
 }
+
+#[cfg(test)]
+mod tests;

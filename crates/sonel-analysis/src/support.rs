@@ -46,7 +46,8 @@ mod tests {
     use crate::parameter::LevelScale;
     use sonel_testkit::exponential::ExponentialDecay;
 
-    const SCALE: LevelScale = LevelScale { source_power_level_db: 90.0, characteristic_impedance: 412.0 };
+    const SCALE: Option<LevelScale> =
+        Some(LevelScale { source_power_level_db: 90.0, characteristic_impedance: 412.0 });
 
     /// Direct sound of energy 2 and a decay behind it: both in closed form.
     #[test]

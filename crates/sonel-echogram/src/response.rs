@@ -122,6 +122,12 @@ pub struct Arrivals {
 }
 
 impl Response {
+    /// Whether it was measured: its level is not known, and it is the only one.
+    #[must_use]
+    pub fn is_measured(&self) -> bool {
+        self.metadata["measured"].is_object()
+    }
+
     /// S.
     #[must_use]
     pub fn sources(&self) -> usize {

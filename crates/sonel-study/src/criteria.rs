@@ -3,14 +3,14 @@
 //! A criterion gives a parameter a range in some bands. The mean over the receivers meets it where its 95 % interval lies within the range, fails
 //! where the interval lies outside, and is undecided else.
 //!
-//! - `din18041-a1` … `a4`: reverberation time of [DIN18041] group A by volume V [m³], 0.45 lg V + 0.07 (music), 0.37 lg V − 0.14 (speech),
-//!   0.32 lg V − 0.17 (teaching), 0.26 lg V − 0.14 s (inclusive teaching), with the range of its figure 2 from 125 to 4000 Hz, occupied.
+//! - `din18041-a1` … `a5`: reverberation time of [DIN18041] group A by volume ([`sonel_acoustics::din18041`]), with its range, occupied.
 //! - `bb93-primary`, `bb93-secondary`: at most 0.6 and 0.8 s as the arithmetic mean of the octaves 500, 1000 and 2000 Hz, or of the third octaves
 //!   400 … 2500 Hz \[BB93\].
 //! - `ansi-s12.60`: at most 0.6 s up to 283 m³, 0.7 s up to 566 m³, in each of the octaves 500, 1000 and 2000 Hz [ANSIS12.60].
 //!
 //! References: docs/references.md.
 
+use sonel_acoustics::din18041::{GROUP_A, Use};
 use sonel_analysis::average::average;
 use sonel_analysis::{Parameter, ParameterValue, Unsupported};
 
@@ -30,8 +30,8 @@ pub struct Criterion {
 enum Range {
     /// Lowest and highest value, in bands from and to [Hz], or in these bands.
     Stated([f64; 2], Bands),
-    /// Curve of DIN 18041: slope and offset over lg V [s].
-    Din([f64; 2]),
+    /// Curve of DIN 18041.
+    Din(&'static Use),
     /// Curve of ANSI S12.60.
     Ansi,
     /// Highest mean over the middle frequencies of BB93.
@@ -56,24 +56,8 @@ pub enum Verdict {
     Undecided,
 }
 
-/// Words for curves of DIN 18041, with slope and offset [s].
-const DIN: [(&str, [f64; 2]); 4] = [
-    ("din18041-a1", [0.45, 0.07]),
-    ("din18041-a2", [0.37, -0.14]),
-    ("din18041-a3", [0.32, -0.17]),
-    ("din18041-a4", [0.26, -0.14]),
-];
-/// Range of DIN 18041 about its reverberation time, per octave [Hz].
-const DIN_RANGE: [(f64, [f64; 2]); 6] = [
-    (125.0, [0.65, 1.45]),
-    (250.0, [0.8, 1.2]),
-    (500.0, [0.8, 1.2]),
-    (1000.0, [0.8, 1.2]),
-    (2000.0, [0.8, 1.2]),
-    (4000.0, [0.65, 1.2]),
-];
-/// Volumes of DIN 18041 group A [m³].
-const DIN_VOLUMES: std::ops::RangeInclusive<f64> = 30.0..=5000.0;
+/// Words for uses of DIN 18041 begin with it and end in their class.
+const DIN: &str = "din18041-";
 /// Words for limits of BB93 [s].
 const BB93: [(&str, f64); 2] = [("bb93-primary", 0.6), ("bb93-secondary", 0.8)];
 /// The word for ANSI S12.60, with its volumes [m³] and limits [s].
@@ -93,8 +77,9 @@ impl Criterion {
         let name = text.trim().to_owned();
         let word = name.to_lowercase();
         let of = |parameter, range| Ok(Self { name: name.clone(), parameter, range });
-        if let Some((_, curve)) = DIN.iter().find(|(known, _)| *known == word) {
-            return of(Parameter::T20, Range::Din(*curve));
+        let class = word.strip_prefix(DIN).unwrap_or_default();
+        if let Some(curve) = GROUP_A.iter().find(|known| known.class.eq_ignore_ascii_case(class)) {
+            return of(Parameter::T20, Range::Din(curve));
         }
         if let Some((_, limit)) = BB93.iter().find(|(known, _)| *known == word) {
             return of(Parameter::T20, Range::MiddleMean(*limit));
@@ -103,7 +88,9 @@ impl Criterion {
             return of(Parameter::T20, Range::Ansi);
         }
         let (parameter, range) = stated(&name).ok_or_else(|| {
-            let words: Vec<&str> = DIN.iter().map(|it| it.0).chain(BB93.iter().map(|it| it.0)).chain([ANSI]).collect();
+            let din = GROUP_A.iter().map(|it| format!("{DIN}{}", it.class.to_lowercase()));
+            let words: Vec<String> =
+                din.chain(BB93.iter().map(|it| it.0.to_owned())).chain([ANSI.to_owned()]).collect();
             format!(
                 "\"{text}\" is not a criterion: write t30=0.6s±20%@250-2000, c50>=2dB, t20<=0.8s@500,1000 (+- for ±; parameters {}; units s, ms, dB, %), or one of {}",
                 target::names(),
@@ -125,10 +112,10 @@ impl Criterion {
                 };
                 is_meant.then_some(*range)
             }
-            Range::Din([slope, offset]) => {
-                let volume = volume.filter(|volume| DIN_VOLUMES.contains(volume))?;
-                let (_, range) = DIN_RANGE.iter().find(|(octave, _)| octave.total_cmp(&hz).is_eq())?;
-                Some(range.map(|share| share * (slope * libm::log10(volume) + offset)))
+            Range::Din(curve) => {
+                let time = curve.time(volume?)?;
+                let (_, range) = curve.range.iter().find(|(octave, _)| octave.total_cmp(&hz).is_eq())?;
+                Some(range.map(|share| share * time))
             }
             Range::Ansi => {
                 let (_, limit) =
@@ -142,17 +129,36 @@ impl Criterion {
     }
 
     /// What is judged of a room of `volume` [m³] in a response of these `bands` [Hz]: each band with its range, or the mean over several.
-    #[must_use]
-    pub fn judged(&self, bands: &[f64], volume: Option<f64>) -> Vec<Judged> {
+    ///
+    /// # Errors
+    /// Why the criterion does not apply.
+    pub fn judged(&self, bands: &[f64], volume: Option<f64>) -> Result<Vec<Judged>, String> {
         if let Range::MiddleMean(limit) = self.range {
             // Nominal centres alone do not tell 500 Hz of octaves from that of thirds.
             let has_thirds =
                 bands.iter().any(|hz| MIDDLE_THIRDS.contains(hz) && !SPEECH_OCTAVES.contains(hz));
             let of: &[f64] = if has_thirds { &MIDDLE_THIRDS } else { &SPEECH_OCTAVES };
-            return vec![Judged { bands: of.to_vec(), range: [0.0, limit] }];
+            return Ok(vec![Judged { bands: of.to_vec(), range: [0.0, limit] }]);
         }
         let judged = |hz: &f64| Some(Judged { bands: vec![*hz], range: self.range(*hz, volume)? });
-        bands.iter().filter_map(judged).collect()
+        let judged: Vec<Judged> = bands.iter().filter_map(judged).collect();
+        if judged.is_empty() { Err(self.reason(volume)) } else { Ok(judged) }
+    }
+
+    /// Why the criterion does not apply to a room of `volume` [m³].
+    fn reason(&self, volume: Option<f64>) -> String {
+        let volumes = match &self.range {
+            Range::Din(curve) => Some(curve.volumes),
+            Range::Ansi => Some([0.0, ANSI_LIMITS[1].0]),
+            Range::Stated(..) | Range::MiddleMean(_) => None,
+        };
+        match (volumes, volume) {
+            (Some(_), None) => "the response states no volume".to_owned(),
+            (Some([least, most]), Some(volume)) if !(least..=most).contains(&volume) => {
+                format!("volume {volume:.0} m³ outside {least} … {most} m³")
+            }
+            _ => "the response has none of its bands".to_owned(),
+        }
     }
 }
 
@@ -295,6 +301,9 @@ mod tests {
         near(range("din18041-a3", 125.0, 187.0), [0.65 * 0.557, 1.45 * 0.557]);
         assert_eq!(range("din18041-a3", 8000.0, 187.0), None);
         assert_eq!(range("din18041-a3", 500.0, 9000.0), None);
+        assert_eq!(range("din18041-a4", 500.0, 600.0), None);
+        near(range("din18041-a5", 500.0, 3000.0), [0.8 * 1.608, 1.2 * 1.608]);
+        assert_eq!(range("din18041-a5", 125.0, 3000.0), None);
         near(range("ansi-s12.60", 1000.0, 187.0), [0.0, 0.6]);
         near(range("ansi-s12.60", 1000.0, 300.0), [0.0, 0.7]);
         assert_eq!(range("ansi-s12.60", 1000.0, 600.0), None);
@@ -310,7 +319,8 @@ mod tests {
             let at = bands.iter().position(|band| band.total_cmp(&hz).is_eq())?;
             Some(Ok(Estimate::bare(times[at], Ok([times[at] - 0.01, times[at] + 0.01]))))
         };
-        let judged = |word: &str, bands: &[f64]| Criterion::parse(word).unwrap().judged(bands, Some(200.0));
+        let judged =
+            |word: &str, bands: &[f64]| Criterion::parse(word).unwrap().judged(bands, Some(200.0)).unwrap();
         let mean = &judged("bb93-primary", &bands)[..];
         assert_eq!(
             (mean.len(), mean[0].to_string(), mean[0].range),
@@ -326,6 +336,17 @@ mod tests {
         assert!(missing.as_ref().unwrap_err().to_string().contains("missing: 2000 Hz"));
         assert_eq!(verdict(mean[0].range, &missing), Verdict::Undecided);
         assert_eq!(judged("bb93-primary", &[400.0, 500.0, 630.0])[0].bands.len(), 9);
+    }
+
+    #[test]
+    fn what_does_not_apply_says_why() {
+        let reason = |word: &str, bands: &[f64], volume| {
+            Criterion::parse(word).unwrap().judged(bands, volume).unwrap_err()
+        };
+        assert_eq!(reason("ansi-s12.60", &[500.0], Some(600.4)), "volume 600 m³ outside 0 … 566 m³");
+        assert_eq!(reason("din18041-a4", &[500.0], Some(600.0)), "volume 600 m³ outside 30 … 500 m³");
+        assert_eq!(reason("din18041-a4", &[500.0], None), "the response states no volume");
+        assert_eq!(reason("t30<=1s@63", &[500.0], None), "the response has none of its bands");
     }
 
     #[test]

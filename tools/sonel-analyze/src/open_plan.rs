@@ -154,6 +154,12 @@ impl Losses {
     }
 
     fn table(&self) -> String {
+        if self.places.is_empty() {
+            return format!(
+                "{}: no insertion loss, as they have no workstation of the same name",
+                self.title
+            );
+        }
         let mut reasons = Vec::new();
         let mut rows = Table::new();
         rows.load_preset(presets::NOTHING);
@@ -290,5 +296,16 @@ fn cell(estimate: &ParameterValue, digits: usize, reasons: &mut Vec<String>) -> 
             format!("{:.digits$} ±{half:.digits$}", estimate.value)
         }
         Err(_) => format!("{:.digits$}", estimate.value),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn responses_without_a_common_workstation_say_so() {
+        let losses = Losses { title: "screens re open".to_owned(), places: Vec::new() };
+        assert!(losses.table().contains("no workstation of the same name"));
     }
 }

@@ -161,11 +161,29 @@ fn remark(arguments: &Parameters, read: &Read, is_named: bool, log: &mut dyn Wri
     Ok(())
 }
 
-/// The beginning of the line above every block: the scene, where the response names one.
+/// The beginning of the line above every block: the scene, where the response names one, its variant and the changes of a system's sources.
 fn title(response: &Response) -> String {
+    let Some(scene) = response.metadata["scene"].as_str() else { return String::new() };
     let variant = response.metadata["variant"].as_str().map(|variant| format!(", {variant}"));
-    let variant = variant.unwrap_or_default();
-    response.metadata["scene"].as_str().map(|scene| format!("{scene}{variant}: ")).unwrap_or_default()
+    format!("{scene}{}{}: ", variant.unwrap_or_default(), system(&response.metadata))
+}
+
+/// `, sources "left −3 dB + right 20 ms"`; empty where no source of a system has a gain or delay.
+fn system(metadata: &Value) -> String {
+    let of = |source: &Value| {
+        let number = |key: &str, factor: f64| source[key].as_f64().map_or(0.0, |number| factor * number);
+        let changes = [(number("gain_db", 1.0), "dB"), (number("delay_s", 1e3), "ms")];
+        let changes = changes.into_iter().filter(|(change, _)| change.abs() > 0.0);
+        let changes: String = changes.map(|(change, unit)| format!(" {change} {unit}")).collect();
+        (source["source"].as_str().unwrap_or_default().to_owned(), changes.replace('-', "−"))
+    };
+    let sources: Vec<(String, String)> =
+        metadata["together"].as_array().into_iter().flatten().map(of).collect();
+    if sources.iter().all(|(_, changes)| changes.is_empty()) {
+        return String::new();
+    }
+    let sources: Vec<String> = sources.iter().map(|(name, changes)| format!("{name}{changes}")).collect();
+    format!(", sources \"{}\"", sources.join(" + "))
 }
 
 /// Bands of a response whose room states its volume that lie below the Schroeder frequency.

@@ -123,8 +123,7 @@ impl Subject {
             }),
         };
         // A measurement is of one source at one receiver, whatever they are called.
-        let is_measured = response.metadata["measured"].is_object();
-        let named = |name: &'_ Option<String>| name.clone().filter(|_| !is_measured);
+        let named = |name: &'_ Option<String>| name.clone().filter(|_| !response.is_measured());
         let source = find("source", &response.source_names, named(&arguments.source).as_ref())?;
         let receiver = find("receiver", &response.receiver_names, named(&arguments.receiver).as_ref())?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

@@ -5,7 +5,8 @@ use crate::listed::Arrival;
 use crate::modulation::{self, MODULATION_FREQUENCIES};
 use sonel_testkit::exponential::ExponentialDecay;
 
-const SCALE: LevelScale = LevelScale { source_power_level_db: 90.0, characteristic_impedance: 400.0 };
+const SCALE: Option<LevelScale> =
+    Some(LevelScale { source_power_level_db: 90.0, characteristic_impedance: 400.0 });
 const TIMES: [f64; 4] = [0.3, 1.0, 2.5, 8.0];
 /// On a border of every width below, and on none.
 const DIRECT_TIMES: [f64; 3] = [0.0, 0.02, 0.023_71];

@@ -6,7 +6,7 @@ use sonel_acoustics::just_noticeable as noticeable;
 
 use crate::cell;
 use crate::echo::ECHO_CRITERIA;
-use crate::estimate::ParameterValue;
+use crate::estimate::{Estimate, ParameterValue};
 use crate::receiver::ReceiverParameters;
 
 /// Columns of [`csv`].
@@ -83,11 +83,8 @@ pub fn csv(receivers: &[ReceiverParameters], out: impl Write) -> std::io::Result
 
 /// Ends of the interval of the materials, or empty fields.
 pub(super) fn material_ends(estimate: &ParameterValue) -> [String; 2] {
-    let half =
-        estimate.as_ref().ok().and_then(|estimate| Some((estimate.value, estimate.material_half_width()?)));
-    half.map_or([const { String::new() }; 2], |(value, half)| {
-        [value - half, value + half].map(|end| end.to_string())
-    })
+    let ends = estimate.as_ref().ok().and_then(Estimate::material_interval);
+    ends.map_or([const { String::new() }; 2], |ends| ends.map(|end| end.to_string()))
 }
 
 fn row(names: [&str; 4], estimate: &ParameterValue, just_noticeable: &dyn Fn(f64) -> f64) -> [String; 13] {

@@ -116,7 +116,7 @@ fn noticed(of: &ParameterValue, just_noticeable: impl Fn(f64) -> f64) -> Value {
     fields
 }
 
-/// A parameter with its interval, or the reason why there is none.
+/// A parameter with its interval, or the reason why there is none; an end that is infinite is null.
 #[must_use]
 pub fn estimate(estimate: &ParameterValue) -> Value {
     let estimate = match estimate {
@@ -132,10 +132,10 @@ pub fn estimate(estimate: &ParameterValue) -> Value {
             fields.insert("reason".to_owned(), json!(reason.to_string()))
         }
     };
-    if let Some(half_width) = estimate.material_half_width() {
-        let value = estimate.value;
-        fields.insert("ci95_materials".to_owned(), json!([value - half_width, value + half_width]));
-        fields.insert("by_material".to_owned(), json!(estimate.materials));
+    if let Some(ends) = estimate.material_interval() {
+        let by_material: Vec<f64> = estimate.materials.iter().map(|change| change.by_one).collect();
+        fields.insert("ci95_materials".to_owned(), json!(ends));
+        fields.insert("by_material".to_owned(), json!(by_material));
     }
     if let Some(warning) = &estimate.warning {
         fields.insert("warning".to_owned(), json!(warning));

@@ -50,7 +50,7 @@ pub fn means_table(parameters: &[ReceiverParameters], title: &str) -> String {
         ""
     };
     format!(
-        "{}\n±: half-width of the 95 % interval of the mean over these receivers{materials}; s: standard deviation between them\n{}",
+        "{}\n±: half-width of the 95 % interval of the mean over these receivers{materials}; sd: standard deviation between them\n{}",
         blocks.join("\n"),
         notes.text()
     )
@@ -63,7 +63,7 @@ fn text(spread: &Spread, factor: f64, notes: &mut Notes) -> String {
         0 => String::new(),
         missing => notes.mark(&format!("{missing} of {} receivers have no value", spread.of)),
     };
-    format!("{mean} s {deviation:.*}{missing}", digits(deviation, deviation))
+    format!("{mean} sd {deviation:.*}{missing}", digits(deviation, deviation))
 }
 
 /// Columns of [`means_csv`].
@@ -146,4 +146,18 @@ pub fn means_json(parameters: &[ReceiverParameters]) -> Value {
         json!({ "source": group[0].source, "receivers": group.len(), "bands": bands, "single_numbers": single })
     };
     parameters.chunk_by(|a, b| a.source == b.source).map(of_source).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::Estimate;
+
+    /// `s` would be read as seconds.
+    #[test]
+    fn the_standard_deviation_is_not_called_as_a_unit() {
+        let mean = Ok(Estimate::bare(1.25, Ok([1.15, 1.35])));
+        let spread = Spread { mean, deviation: Some(0.2), count: 2, of: 2 };
+        assert_eq!(text(&spread, 1.0, &mut Notes::default()), "1.25 ±0.10 sd 0.20");
+    }
 }

@@ -6,7 +6,7 @@ use sonel_acoustics::noise::{NoiseCurve, RoomCriterion};
 
 use crate::average::single_number;
 use crate::echo::ECHO_CRITERIA;
-use crate::estimate::{ParameterValue, Unsupported};
+use crate::estimate::{Estimate, ParameterValue, Unsupported};
 use crate::parameter::Parameter;
 use crate::receiver::{BandParameters, ReceiverParameters, SpeechInNoise};
 
@@ -152,20 +152,32 @@ pub(super) fn cell(estimate: &ParameterValue, factor: f64, notes: &mut Notes) ->
     };
     let value = estimate.value * factor;
     let warning = estimate.warning.as_ref().map(|warning| notes.mark(warning)).unwrap_or_default();
-    let materials = estimate.material_half_width().map(|half| half * factor);
-    let beside = |digits: usize| materials.map(|half| format!(" ±{half:.digits$}")).unwrap_or_default();
     match &estimate.interval {
         Ok([low, high]) => {
             // Where the run ends early, an interval reaches further to one side.
             let half = (high - estimate.value).max(estimate.value - low) * factor;
             let digits = digits(value, half);
-            format!("{value:.digits$} ±{half:.digits$}{}{warning}", beside(digits))
+            format!("{value:.digits$} ±{half:.digits$}{}{warning}", by_materials(estimate, factor, digits))
         }
         Err(reason) => {
-            let digits = digits(value, materials.unwrap_or(0.0));
-            let simulation = if materials.is_some() { " ±–" } else { "" };
-            format!("{value:.digits$}{simulation}{}{}", beside(digits), notes.mark(&reason.to_string()))
+            let low = estimate.material_interval().map(|[low, _]| factor * (estimate.value - low));
+            let digits = digits(value, low.unwrap_or(0.0));
+            let simulation = if low.is_some() { " ±–" } else { "" };
+            let materials = by_materials(estimate, factor, digits);
+            format!("{value:.digits$}{simulation}{materials}{warning}{}", notes.mark(&reason.to_string()))
         }
+    }
+}
+
+/// ` ±0.34`, or ` −0.25 +0.57` to either side, of the interval of the materials; empty where it is not known.
+#[must_use]
+pub fn by_materials(estimate: &Estimate, factor: f64, digits: usize) -> String {
+    let Some([low, high]) = estimate.material_interval() else { return String::new() };
+    let side =
+        |off: f64| if off.is_finite() { format!("{:.digits$}", factor * off) } else { "∞".to_owned() };
+    match (side(estimate.value - low), side(high - estimate.value)) {
+        (low, high) if low == high => format!(" ±{low}"),
+        (low, high) => format!(" −{low} +{high}"),
     }
 }
 
@@ -219,6 +231,7 @@ fn without_numbers(remark: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::{MaterialChange, NoInterval};
 
     #[test]
     fn numbers_with_and_without_a_mark_stand_below_one_another() {
@@ -226,6 +239,26 @@ mod tests {
             .map(|row| row.map(str::to_owned).to_vec());
         make_room_for_marks(&mut rows);
         assert_eq!(rows, [["1.25 ±0.10     ", "–"], ["2.50 ±0.10 [12]", "3"], ["–     ", "4"]]);
+    }
+
+    #[test]
+    fn a_warning_has_its_mark_where_there_is_no_interval() {
+        let mut notes = Notes::default();
+        let estimate =
+            Estimate::bare(1.25, Err(NoInterval::SingleMeasurement)).warned(Some("bent".to_owned()));
+        assert_eq!(cell(&Ok(estimate), 1.0, &mut notes), "1.250 [1] [2]");
+        assert_eq!(notes.text(), "[1] bent\n[2] a single measurement has no interval\n");
+    }
+
+    #[test]
+    fn intervals_of_materials_have_two_sides() {
+        let materials = vec![MaterialChange { by_one: -0.2, at_ends: [0.4, -0.4] }];
+        let time = Estimate { is_time: true, materials, ..Estimate::bare(1.0, Ok([0.99, 1.01])) };
+        let written = |estimate: &Estimate| cell(&Ok(estimate.clone()), 1.0, &mut Notes::default());
+        assert_eq!(written(&time), "1.000 ±0.010 −0.286 +0.667");
+        assert_eq!(written(&Estimate { is_time: false, ..time.clone() }), "1.000 ±0.010 ±0.400");
+        let endless = MaterialChange { by_one: -0.6, at_ends: [1.2, -0.4] };
+        assert_eq!(written(&Estimate { materials: vec![endless], ..time }), "1.000 ±0.010 −0.286 +∞");
     }
 
     #[test]

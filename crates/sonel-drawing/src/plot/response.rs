@@ -8,7 +8,6 @@ use sonel_analysis::batches::{Parts, weighted};
 use sonel_analysis::decay::{DecayCurve, Echogram};
 use sonel_analysis::jackknife;
 use sonel_analysis::listed;
-use sonel_analysis::parameter::LevelScale;
 use sonel_analysis::student;
 
 /// What is shown below the highest level [dB].
@@ -49,9 +48,8 @@ pub fn decay(response: &Response, s: usize, r: usize) -> Panel {
         let arrivals = listed.of(response, s, r, b);
         let echogram = Echogram { edges, energy, direct_time, arrivals: &arrivals };
         let Ok(curve) = DecayCurve::new(echogram) else { return Vec::new() };
-        // Levels relative to the start do not depend on it.
-        let scale = LevelScale { source_power_level_db: 0.0, characteristic_impedance: 1.0 };
-        let parts = Parts::read(response, s, r, b, &arrivals, scale).ok();
+        // Levels relative to the start need no scale.
+        let parts = Parts::read(response, s, r, b, &arrivals, None).ok();
         let times = (0..=POINTS).map(|i| curve.duration() * i as f64 / POINTS as f64);
         times
             .map(|time| {

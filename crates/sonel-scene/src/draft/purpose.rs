@@ -6,6 +6,8 @@
 
 use std::str::FromStr;
 
+use sonel_acoustics::din18041::{GROUP_A, Use};
+
 /// What a room is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
@@ -19,14 +21,6 @@ pub enum Purpose {
     Music,
     /// Sport, swimming.
     Sport,
-}
-
-/// A target of a purpose: T = slope · lg(V / 1 m³) + offset [s], for volumes [m³] of a range.
-struct Law {
-    class: &'static str,
-    slope: f64,
-    offset: f64,
-    volumes: [f64; 2],
 }
 
 /// Relative tolerance of the target.
@@ -72,26 +66,24 @@ impl Purpose {
     }
 
     /// DIN 18041:2016, 4.2.3.
-    fn law(self) -> Law {
-        let (class, slope, offset, volumes) = match self {
-            Self::Classroom => ("A3", 0.32, -0.17, [30.0, 1000.0]),
-            Self::InclusiveClassroom => ("A4", 0.26, -0.14, [30.0, 500.0]),
-            Self::Lecture => ("A2", 0.37, -0.14, [50.0, 5000.0]),
-            Self::Music => ("A1", 0.45, 0.07, [30.0, 1000.0]),
-            Self::Sport => ("A5", 0.75, -1.0, [200.0, 10_000.0]),
-        };
-        Law { class, slope, offset, volumes }
+    fn din(self) -> &'static Use {
+        &GROUP_A[match self {
+            Self::Music => 0,
+            Self::Lecture => 1,
+            Self::Classroom => 2,
+            Self::InclusiveClassroom => 3,
+            Self::Sport => 4,
+        }]
     }
 
     /// The target for a room of a volume [m³] in a sentence; outside the volumes that the standard has, why there is none.
     #[must_use]
     pub fn target(self, volume: f64) -> String {
-        let Law { class, slope, offset, volumes: [least, most] } = self.law();
+        let Use { class, volumes: [least, most], .. } = self.din();
         let source = format!("DIN 18041:2016, {class}");
-        if !(least..=most).contains(&volume) {
+        let Some(time) = self.din().time(volume) else {
             return format!("none: {source} holds for {least} … {most} m³, this room has {volume:.0} m³");
-        }
-        let time = slope * libm::log10(volume) + offset;
+        };
         let [low, high] = [1.0 - TOLERANCE, 1.0 + TOLERANCE].map(|part| part * time);
         format!("T {time:.2} s, within {low:.2} … {high:.2} s from 250 to 2000 Hz, occupied ({source})")
     }

@@ -21,8 +21,6 @@ use super::job::directivity;
 
 /// By how much an absorption is raised: small beside what bends a parameter, large beside rounding.
 const STEP: f64 = 1e-3;
-/// Standard uncertainties within which an absorption has to stay between 0 and 1 for first order to hold.
-const REACH: f64 = 2.0;
 /// Standard uncertainties that make sense: an absorption lies between 0 and 1.
 const RANGE: RangeInclusive<f64> = 0.0..=0.5;
 
@@ -88,6 +86,8 @@ struct Variant {
     uncertainty: Vec<f64>,
     /// Step of α in standard uncertainties.
     share: f64,
+    /// How far α may fall and rise, by band [standard uncertainties].
+    room: Vec<[f64; 2]>,
     echograms: Echograms,
 }
 
@@ -103,10 +103,14 @@ impl MaterialVariants {
         read: impl Fn(&Echograms) -> std::result::Result<Vec<ReceiverParameters>, E>,
     ) -> std::result::Result<(), E> {
         let before = read(&self.unchanged)?;
-        let varied = self
-            .variants
-            .iter()
-            .map(|variant| Ok(Varied { share: variant.share, parameters: read(&variant.echograms)? }));
+        let varied = self.variants.iter().map(|variant| {
+            Ok(Varied {
+                material: variant.material.clone(),
+                share: variant.share,
+                room: variant.room.clone(),
+                parameters: read(&variant.echograms)?,
+            })
+        });
         attach(parameters, &before, &varied.collect::<std::result::Result<Vec<_>, E>>()?);
         Ok(())
     }
@@ -146,7 +150,8 @@ impl Map {
         let sources = self.sonels().header().scene.sources.len();
         if response.sources() != sources {
             return Err(Error::refused(format!(
-                "the response has {} sources, the map {sources}: take the response before its sources became one",
+                "the response has {} sources, the map {sources}: sources as one (--together) have no interval of the materials \
+                 (--material-uncertainty): leave one of the options out",
                 response.sources()
             )));
         }
@@ -182,15 +187,6 @@ impl Map {
                     watch.say(Severity::Warning, &text);
                 }
             }
-            let far: Vec<String> =
-                steps.iter().filter_map(|step| step.reach(&materials, scene.bands.nominal())).collect();
-            if !far.is_empty() {
-                let text = format!(
-                    "the absorption of {} is less than two standard uncertainties from 0 or 1: first order does not hold, intervals of the materials are rough",
-                    far.join(", ")
-                );
-                watch.say(Severity::Warning, &text);
-            }
             let sources = scene.sources.len() as f64;
             let changed: Vec<Vec<Material>> = steps.iter().map(|step| step.applied(&materials)).collect();
             let settings = settings(response, changed.len() + 1);
@@ -210,6 +206,7 @@ impl Map {
             let variant = |(index, step): (usize, Step)| Variant {
                 material: materials[step.material].name.clone(),
                 share: step.share,
+                room: step.room(&materials[step.material]),
                 uncertainty: step.uncertainty,
                 echograms: block(index + 1),
             };
@@ -276,15 +273,11 @@ struct Step {
 }
 
 impl Step {
-    /// The material and its bands in which two standard uncertainties reach beyond 0 or 1; none where none does.
-    fn reach(&self, materials: &[Material], centers: &[f64]) -> Option<String> {
-        let Material { name, absorption, .. } = &materials[self.material];
-        let bands = absorption.iter().zip(&self.uncertainty).zip(&self.by_band).zip(centers);
-        let far = bands.filter(|(((alpha, u), step), _)| {
-            **step > 0.0 && (**alpha < REACH * **u || 1.0 - **alpha < REACH * **u)
-        });
-        let far: Vec<String> = far.map(|(_, center)| center.to_string()).collect();
-        (!far.is_empty()).then(|| format!("\"{name}\" at {} Hz", far.join(", ")))
+    /// How far the absorption of its `material` may fall, to its transmission, and rise, by band [standard uncertainties].
+    fn room(&self, material: &Material) -> Vec<[f64; 2]> {
+        let Material { absorption, transmission, .. } = material;
+        let bands = absorption.iter().zip(transmission).zip(&self.uncertainty);
+        bands.map(|((alpha, tau), u)| [alpha - tau, 1.0 - alpha].map(|room| room / u)).collect()
     }
 
     fn applied(&self, materials: &[Material]) -> Vec<Material> {

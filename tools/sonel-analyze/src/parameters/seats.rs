@@ -1,105 +1,122 @@
-//! `parameters --target`: the share of receivers within a range.
+//! `parameters --target`: how many receivers pass, fail or are undecided.
 
 use serde_json::{Value, json};
 use sonel_analysis::{ParameterValue, ReceiverParameters};
 use sonel_study::criteria::{Criterion, Judged, Verdict, verdict};
 
-/// Receivers of a source whose parameter lies in a range, in one band.
+/// A target at the receivers of a source.
 pub struct Share {
-    target: String,
-    symbol: &'static str,
-    unit: &'static str,
+    target: Criterion,
     source: String,
-    judged: Judged,
-    /// In the unit of tables.
-    range: [f64; 2],
-    /// Receivers with a value, those whose value lies within, and those whose interval reaches over an end or is missing.
-    with_value: usize,
-    within: usize,
-    undecided: usize,
     receivers: usize,
+    /// In every band that it is about, or why it does not apply.
+    bands: Result<Vec<Counts>, String>,
 }
 
-/// Every target in every band that it is about.
-pub fn shares(targets: &[Criterion], parameters: &[ReceiverParameters], volume: Option<f64>) -> Vec<Share> {
-    let mut shares = Vec::new();
-    for target in targets {
-        let (symbol, unit, factor) = target.parameter.heading();
-        for group in parameters.chunk_by(|a, b| a.source == b.source) {
-            let bands: Vec<f64> = group[0].bands.iter().map(|band| band.center_frequency_hz).collect();
-            for judged in target.judged(&bands, volume) {
-                let range = judged.range;
-                let values =
-                    group.iter().map(|receiver| judged.value(|hz| receiver.in_band(hz, target.parameter)));
-                let values: Vec<ParameterValue> = values.collect();
-                let values = values.iter();
-                let known: Vec<_> = values.filter(|value| value.is_ok()).collect();
-                let within = known.iter().filter(|value| {
-                    value.as_ref().is_ok_and(|found| (range[0]..=range[1]).contains(&found.value))
-                });
-                let undecided =
-                    known.iter().filter(|value| verdict(range, value) == Verdict::Undecided).count();
-                shares.push(Share {
-                    target: target.name.clone(),
-                    symbol,
-                    unit,
-                    source: group[0].source.clone(),
-                    judged: judged.clone(),
-                    range: range.map(|end| factor * end),
-                    with_value: known.len(),
-                    within: within.count(),
-                    undecided,
-                    receivers: group.len(),
-                });
-            }
-        }
+/// Receivers of each verdict, which add up with those without a value.
+struct Counts {
+    judged: Judged,
+    pass: usize,
+    fail: usize,
+    undecided: usize,
+    without_value: usize,
+}
+
+impl Counts {
+    fn of(judged: Judged, target: &Criterion, receivers: &[ReceiverParameters]) -> Self {
+        let value = |receiver: &ReceiverParameters| judged.value(|hz| receiver.in_band(hz, target.parameter));
+        let values: Vec<ParameterValue> = receivers.iter().map(value).collect();
+        let count = |wanted| {
+            let known = values.iter().filter(|value| value.is_ok());
+            known.filter(|value| verdict(judged.range, value) == wanted).count()
+        };
+        let [pass, fail, undecided] = [Verdict::Pass, Verdict::Fail, Verdict::Undecided].map(count);
+        let without_value = receivers.len() - pass - fail - undecided;
+        Self { judged, pass, fail, undecided, without_value }
     }
-    shares
 }
 
-/// A line per band.
+/// Every target at the receivers of every source.
+pub fn shares(targets: &[Criterion], parameters: &[ReceiverParameters], volume: Option<f64>) -> Vec<Share> {
+    let share = |target: &Criterion, group: &[ReceiverParameters]| {
+        let bands: Vec<f64> = group[0].bands.iter().map(|band| band.center_frequency_hz).collect();
+        let judged = target.judged(&bands, volume);
+        let counts =
+            |judged: Vec<Judged>| judged.into_iter().map(|one| Counts::of(one, target, group)).collect();
+        Share {
+            target: target.clone(),
+            source: group[0].source.clone(),
+            receivers: group.len(),
+            bands: judged.map(counts),
+        }
+    };
+    let groups = || parameters.chunk_by(|a, b| a.source == b.source);
+    targets.iter().flat_map(|target| groups().map(move |group| share(target, group))).collect()
+}
+
+/// A line per target, source and band.
 pub fn text(shares: &[Share]) -> String {
     let mut text = String::new();
-    for Share { target, symbol, unit, source, judged, range, with_value, within, undecided, receivers } in
-        shares
-    {
-        let [low, high] = range;
-        let range = match (low.is_finite() && *low != 0.0, high.is_finite()) {
-            (true, true) => format!("{low:.2} … {high:.2}"),
-            (false, true) => format!("at most {high:.2}"),
-            _ => format!("at least {low:.2}"),
+    for Share { target, source, bands, .. } in shares {
+        let begin = format!("target {}, source \"{source}\"", target.name);
+        let bands = match bands {
+            Ok(bands) => bands,
+            Err(reason) => {
+                text.push_str(&format!("{begin}: does not apply: {reason}\n"));
+                continue;
+            }
         };
-        let percent = 100.0 * *within as f64 / (*with_value).max(1) as f64;
-        let missing = match receivers - with_value {
-            0 => String::new(),
-            missing => format!(", {missing} without a value"),
-        };
-        text.push_str(&format!(
-            "target {target}, source \"{source}\", {judged} Hz: {symbol} {range} {unit} at {within} of {with_value} receivers ({percent:.0} %), \
-             {undecided} undecided by their intervals{missing}\n"
-        ));
+        let (symbol, unit, factor) = target.parameter.heading();
+        for Counts { judged, pass, fail, undecided, without_value } in bands {
+            let [low, high] = judged.range.map(|end| factor * end);
+            let range = match (low.is_finite() && low != 0.0, high.is_finite()) {
+                (true, true) => format!("{low:.2} … {high:.2}"),
+                (false, true) => format!("at most {high:.2}"),
+                _ => format!("at least {low:.2}"),
+            };
+            let missing = match without_value {
+                0 => String::new(),
+                missing => format!(", {missing} without a value"),
+            };
+            text.push_str(&format!(
+                "{begin}, {judged} Hz: {symbol} {range} {unit}; receivers: {pass} pass, {fail} fail, {undecided} undecided{missing}\n"
+            ));
+        }
     }
     text
 }
 
 /// As JSON.
 pub fn json(shares: &[Share]) -> Value {
-    let finite = |end: f64| end.is_finite().then_some(end);
-    shares
-        .iter()
-        .map(|share| {
-            json!({
-                "target": share.target,
-                "source": share.source,
-                "center_frequency_hz": match share.judged.bands[..] { [hz] => Some(hz), _ => None },
-                "mean_over_hz": (share.judged.bands.len() > 1).then_some(&share.judged.bands),
-                "unit": share.unit,
-                "range": share.range.map(finite),
-                "receivers": share.receivers,
-                "with_value": share.with_value,
-                "within": share.within,
-                "undecided": share.undecided,
-            })
-        })
-        .collect()
+    let mut all = Vec::new();
+    for Share { target, source, receivers, bands } in shares {
+        let begin = json!({ "target": target.name, "source": source, "receivers": receivers });
+        match bands {
+            Ok(bands) => all.extend(bands.iter().map(|counts| band_json(begin.clone(), target, counts))),
+            Err(reason) => {
+                let mut entry = begin;
+                entry["does_not_apply"] = json!(reason);
+                all.push(entry);
+            }
+        }
+    }
+    Value::Array(all)
+}
+
+fn band_json(mut entry: Value, target: &Criterion, counts: &Counts) -> Value {
+    let Counts { judged, pass, fail, undecided, without_value } = counts;
+    let (_, unit, factor) = target.parameter.heading();
+    let finite = |end: f64| end.is_finite().then_some(factor * end);
+    entry["center_frequency_hz"] = json!(match judged.bands[..] {
+        [hz] => Some(hz),
+        _ => None,
+    });
+    entry["mean_over_hz"] = json!((judged.bands.len() > 1).then_some(&judged.bands));
+    entry["unit"] = json!(unit);
+    entry["range"] = json!(judged.range.map(finite));
+    entry["pass"] = json!(pass);
+    entry["fail"] = json!(fail);
+    entry["undecided"] = json!(undecided);
+    entry["without_value"] = json!(without_value);
+    entry
 }

@@ -4,6 +4,7 @@ use std::io::Write;
 
 use anyhow::bail;
 use serde_json::{Value, json};
+use sonel_analysis::ReceiverParameters;
 use sonel_analysis::report::{self, Column};
 
 use super::{Read, json_of, seats};
@@ -14,7 +15,7 @@ use crate::arguments::{Format, Parameters};
 /// # Errors
 /// When no source at a receiver is in the first and another one, or `out` cannot be written.
 pub fn print(arguments: &Parameters, responses: &[Read], out: &mut dyn Write) -> anyhow::Result<()> {
-    let columns: Vec<Column> = responses
+    let mut columns: Vec<Column> = responses
         .iter()
         .map(|read| Column {
             name: read.name.clone(),
@@ -22,6 +23,8 @@ pub fn print(arguments: &Parameters, responses: &[Read], out: &mut dyn Write) ->
             pairing: sonel_analysis::comparison::Pairing::of(&responses[0].metadata, &read.metadata),
         })
         .collect();
+    let is_measured: Vec<bool> = responses.iter().map(|read| read.metadata["measured"].is_object()).collect();
+    name_measurements(&mut columns, &is_measured);
     for (column, path) in columns.iter().zip(&arguments.responses).skip(1) {
         let is_shared = column.parameters.iter().any(|found| {
             columns[0]
@@ -31,7 +34,7 @@ pub fn print(arguments: &Parameters, responses: &[Read], out: &mut dyn Write) ->
         });
         if !is_shared {
             bail!(
-                "{} and {} have no source at a receiver in common: both need the same names",
+                "{} and {} have no source at a receiver in common: both need the same names; a WAV is called as its receiver, of a response with one source",
                 arguments.responses[0].display(),
                 path.display()
             );
@@ -59,4 +62,59 @@ pub fn print(arguments: &Parameters, responses: &[Read], out: &mut dyn Write) ->
         }
     }
     Ok(())
+}
+
+/// Gives measurements, whose source has no name, that of what they are compared with: of the only source at the receiver of their name in the first
+/// simulation; without simulations all are one pair.
+fn name_measurements(columns: &mut [Column], is_measured: &[bool]) {
+    let first = is_measured.iter().position(|is_measured| !is_measured);
+    let known = columns[first.unwrap_or(0)].parameters.clone();
+    let measured = columns.iter_mut().zip(is_measured).filter(|(_, is_measured)| **is_measured);
+    for found in measured.flat_map(|(column, _)| &mut column.parameters) {
+        let is_same = |other: &&ReceiverParameters| first.is_none() || other.name == found.name;
+        if let [one] = known.iter().filter(is_same).collect::<Vec<_>>()[..] {
+            (found.source, found.name) = (one.source.clone(), one.name.clone());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sonel_analysis::comparison::Pairing;
+    use sonel_analysis::{ParameterValue, Unsupported};
+
+    fn column(pairs: &[(&str, &str)]) -> Column {
+        let none: ParameterValue = Err(Unsupported::NoEnergy);
+        let parameters = pairs.iter().map(|(source, receiver)| ReceiverParameters {
+            source: (*source).to_owned(),
+            source_position: [0.0; 3],
+            name: (*receiver).to_owned(),
+            position: [0.0; 3],
+            speech_transmission_index: none.clone(),
+            a_weighted_level_db: none.clone(),
+            echo: [none.clone(), none.clone()],
+            in_noise: None,
+            bands: Vec::new(),
+        });
+        Column { name: String::new(), parameters: parameters.collect(), pairing: Pairing::Independent }
+    }
+
+    /// Names of the pair of the last column, a measurement at "row 1".
+    fn named(others: &[Column], is_measured: &[bool]) -> [String; 2] {
+        let mut columns = [others, &[column(&[("measured", "row 1")])]].concat();
+        name_measurements(&mut columns, &[is_measured, &[true]].concat());
+        let found = &columns[others.len()].parameters[0];
+        [found.source.clone(), found.name.clone()]
+    }
+
+    #[test]
+    fn a_measurement_is_of_the_only_source_at_its_receiver() {
+        let room = column(&[("stage", "row 1"), ("stage", "row 9")]);
+        assert_eq!(named(&[room.clone()], &[false]), ["stage", "row 1"]);
+        assert_eq!(named(&[column(&[("measured", "before")]), room], &[true, false]), ["stage", "row 1"]);
+        let several = column(&[("left", "row 1"), ("right", "row 1")]);
+        assert_eq!(named(&[several], &[false]), ["measured", "row 1"]);
+        assert_eq!(named(&[column(&[("measured", "before")])], &[true]), ["measured", "before"]);
+    }
 }

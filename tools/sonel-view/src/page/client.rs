@@ -108,7 +108,8 @@ pub fn targets(page: &mut Document, subjects: &[Subject], head: &Head) {
         for subject in subjects {
             let volume = subject.echograms().metadata["volume_m3"].as_f64();
             let mut verdicts = Vec::new();
-            for judged in target.judged(&subject.echograms().center_frequency_hz, volume) {
+            let judged = target.judged(&subject.echograms().center_frequency_hz, volume);
+            for judged in judged.iter().flatten() {
                 let range = judged.range;
                 let known = &subject.echograms().center_frequency_hz;
                 let value =
@@ -123,19 +124,13 @@ pub fn targets(page: &mut Document, subjects: &[Subject], head: &Head) {
                     found.to_string(),
                 ]);
             }
-            let all = match () {
-                () if verdicts.is_empty() => "does not apply to this room",
-                () if verdicts.contains(&Verdict::Fail) => "fail",
-                () if verdicts.contains(&Verdict::Undecided) => "undecided",
-                () => "pass",
+            let all = match &judged {
+                Err(reason) => format!("does not apply: {reason}"),
+                Ok(_) if verdicts.contains(&Verdict::Fail) => Verdict::Fail.to_string(),
+                Ok(_) if verdicts.contains(&Verdict::Undecided) => Verdict::Undecided.to_string(),
+                Ok(_) => Verdict::Pass.to_string(),
             };
-            rows.push(vec![
-                subject.name.clone(),
-                "all".to_owned(),
-                String::new(),
-                String::new(),
-                all.to_owned(),
-            ]);
+            rows.push(vec![subject.name.clone(), "all".to_owned(), String::new(), String::new(), all]);
         }
         page.text(&format!("{}: {symbol} [{unit}]", target.name));
         let columns = ["variant", "f [Hz]", "wanted", "mean over receivers", "verdict"].map(str::to_owned);

@@ -56,15 +56,11 @@ fn label(subjects: &[Subject], subject: &Subject, parameters: &ReceiverParameter
 pub fn cell(estimate: &ParameterValue, factor: f64) -> String {
     let Ok(estimate) = estimate else { return "–".to_owned() };
     let value = estimate.value * factor;
-    let materials = |digits: usize| {
-        let half = estimate.material_half_width().map(|half| factor * half);
-        half.map(|half| format!(" ± {half:.digits$}")).unwrap_or_default()
-    };
     match &estimate.interval {
         Ok([low, high]) => {
             let half = (high - estimate.value).max(estimate.value - low) * factor;
             let digits = if half < 0.1 { 2 } else { 1 };
-            format!("{value:.digits$} ± {half:.digits$}{}", materials(digits))
+            format!("{value:.digits$} ± {half:.digits$}{}", report::by_materials(estimate, factor, digits))
         }
         Err(_) => format!("{value:.2}"),
     }

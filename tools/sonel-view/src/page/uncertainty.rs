@@ -42,7 +42,7 @@ pub fn materials(page: &mut Document, subjects: &[Subject]) {
             .collect();
         let row = |(index, (name, uncertainty)): (usize, (&str, &[f64]))| {
             let changes = SHOWN.iter().zip(&means).map(|(parameter, mean)| {
-                let change = mean.as_ref().ok().and_then(|mean| mean.materials.get(index));
+                let change = mean.as_ref().ok().and_then(|mean| Some(mean.materials.get(index)?.by_one));
                 change.map_or_else(
                     || "–".to_owned(),
                     |change| format!("{:+.3}", parameter.heading().2 * change),
@@ -56,6 +56,6 @@ pub fn materials(page: &mut Document, subjects: &[Subject]) {
     }
     page.note(
         "Changes of single numbers, as means over the receivers, by one standard uncertainty u(α) of the absorption of each material. Materials are taken as \
-         independent, bands of one material as deviating together; the second interval is 1.96 times the root of the sum of squares. Scattering is taken as exact.",
+         independent, bands of one material as deviating together; the second interval is 1.96 times the root of the sum of squares, of times that of the decay rate, within the range of absorption. Scattering is taken as exact.",
     );
 }

@@ -55,6 +55,8 @@ fn missing(reason: &Unsupported) -> &'static str {
 fn doubtful(warning: &str) -> &'static str {
     if warning.contains("straight") {
         "the sound does not die away evenly, so that the reverberation time is a compromise."
+    } else if warning.contains("the interval of the materials") {
+        "the absorption of a surface is so uncertain that the interval of the materials is rough."
     } else {
         "the stated uncertainty may be too small, as a few strong paths decide. A longer calculation (more packets) helps."
     }
