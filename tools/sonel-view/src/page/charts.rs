@@ -3,18 +3,7 @@
 use serde_json::{Value, json};
 use sonel_drawing::plot::{Axis, Mark, Panel, Scale, Series};
 
-use super::document::escaped;
-
-/// Colours of series, those of plotly.js.
-const COLORS: [&str; 10] = [
-    "#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22",
-    "#17becf",
-];
-
-/// Colour of a series by its index.
-pub fn color(index: usize) -> &'static str {
-    COLORS[index % COLORS.len()]
-}
+use super::document::{color, escaped};
 
 /// A panel: lines with bands, points with bars.
 pub fn of(panel: &Panel) -> Value {
@@ -152,6 +141,17 @@ fn band(series: &Series, color: &str, floor: f64) -> [Value; 2] {
         .filter_map(|point| Some((point.x, point.interval?)))
         .filter(|(_, [_, high])| high.is_finite())
         .collect();
+    let edge = |index: usize, fill: &str| {
+        let y: Vec<Value> = seen.iter().map(|(_, interval)| ordinate(interval[index].max(floor))).collect();
+        let x: Vec<f64> = seen.iter().map(|(x, _)| *x).collect();
+        let line = json!({
+            "type": "scatter", "mode": "lines", "y": y, "fill": fill, "fillcolor": format!("{color}33"),
+            "line": { "width": 0, "color": color }, "legendgroup": escaped(&series.name), "showlegend": false, "hoverinfo": "skip",
+        });
+        at(&x, line)
+    };
+    [edge(0, "none"), edge(1, "tonexty")]
+}
 
 #[cfg(test)]
 mod tests {
@@ -174,15 +174,4 @@ mod tests {
         let high = chart["data"][1]["y"].as_array().unwrap();
         assert!(high.len() == 8 && high[7] == -65.0, "{high:?}");
     }
-}
-    let edge = |index: usize, fill: &str| {
-        let y: Vec<Value> = seen.iter().map(|(_, interval)| ordinate(interval[index].max(floor))).collect();
-        let x: Vec<f64> = seen.iter().map(|(x, _)| *x).collect();
-        let line = json!({
-            "type": "scatter", "mode": "lines", "y": y, "fill": fill, "fillcolor": format!("{color}33"),
-            "line": { "width": 0, "color": color }, "legendgroup": escaped(&series.name), "showlegend": false, "hoverinfo": "skip",
-        });
-        at(&x, line)
-    };
-    [edge(0, "none"), edge(1, "tonexty")]
 }
