@@ -18,8 +18,13 @@ pub fn color(index: usize) -> &'static str {
 
 /// A panel: lines with bands, points with bars.
 pub fn of(panel: &Panel) -> Value {
-    // Just below what is shown.
-    let floor = panel.y.range.map_or(f64::MIN, |[low, high]| low - 0.1 * (high - low));
+    let floor = panel.y.range.map_or(f64::MIN, |[low, _]| low);
+    let mut x = axis(&panel.x);
+    if panel.x.range.is_none()
+        && let Some(end) = last_shown(panel)
+    {
+        x["range"] = json!([0.0, end]);
+    }
     let mut data: Vec<Value> = panel
         .series
         .iter()
@@ -27,7 +32,14 @@ pub fn of(panel: &Panel) -> Value {
         .flat_map(|(index, series)| traces(series, color(index), floor))
         .collect();
     share_abscissas(&mut data);
-    json!({ "data": data, "layout": layout(&panel.title, axis(&panel.x), axis(&panel.y)) })
+    json!({ "data": data, "layout": layout(&panel.title, x, axis(&panel.y)) })
+}
+
+/// Where the last of the lines falls below the range of the ordinate.
+fn last_shown(panel: &Panel) -> Option<f64> {
+    let [low, _] = panel.y.range?;
+    let points = panel.series.iter().flat_map(|series| &series.points);
+    points.filter(|point| point.y >= low).map(|point| point.x).max_by(f64::total_cmp)
 }
 
 /// Puts the number of an earlier trace in place of abscissas that are the same; `drawChart` puts them back.
@@ -132,10 +144,14 @@ fn traces(series: &Series, color: &str, floor: f64) -> Vec<Value> {
     vec![low, high, line]
 }
 
-/// The band of a line's intervals: its lower end, and its upper end filled down to that. A lower end without energy is at the `floor`.
+/// The band of a line's intervals, as far as the line is shown: its lower end, and its upper end filled down to that. A lower end without energy is
+/// at the `floor`.
 fn band(series: &Series, color: &str, floor: f64) -> [Value; 2] {
-    let intervals = series.points.iter().filter_map(|point| Some((point.x, point.interval?)));
-    let seen: Vec<(f64, [f64; 2])> = intervals.filter(|(_, [_, high])| high.is_finite()).collect();
+    let shown = series.points.iter().filter(|point| point.y >= floor);
+    let seen: Vec<(f64, [f64; 2])> = shown
+        .filter_map(|point| Some((point.x, point.interval?)))
+        .filter(|(_, [_, high])| high.is_finite())
+        .collect();
     let edge = |index: usize, fill: &str| {
         let y: Vec<Value> = seen.iter().map(|(_, interval)| ordinate(interval[index].max(floor))).collect();
         let x: Vec<f64> = seen.iter().map(|(x, _)| *x).collect();
@@ -146,4 +162,27 @@ fn band(series: &Series, color: &str, floor: f64) -> [Value; 2] {
         at(&x, line)
     };
     [edge(0, "none"), edge(1, "tonexty")]
+}
+
+#[cfg(test)]
+mod tests {
+    use sonel_drawing::plot::Point;
+
+    use super::*;
+
+    #[test]
+    fn band_and_axis_end_with_the_line() {
+        let point = |i: u32| {
+            let (x, y) = (0.1 * f64::from(i), -10.0 * f64::from(i));
+            // Far below, where little energy is left, an interval is wide.
+            Point { x, y, interval: Some([y - 5.0, if i > 7 { 0.0 } else { y + 5.0 }]) }
+        };
+        let series = vec![Series::new("1000 Hz".to_owned(), Mark::Line, (0..20).map(point).collect())];
+        let y = Axis::linear("level [dB]").from_to(-70.0, 2.0);
+        let chart = of(&Panel { title: String::new(), x: Axis::linear("time [s]"), y, series });
+        let end = chart["layout"]["xaxis"]["range"][1].as_f64().unwrap();
+        assert!((end - 0.7).abs() < 1e-9, "{end}");
+        let high = chart["data"][1]["y"].as_array().unwrap();
+        assert!(high.len() == 8 && high[7] == -65.0, "{high:?}");
+    }
 }
