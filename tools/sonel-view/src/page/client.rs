@@ -1,6 +1,6 @@
 //! What a client reads: project, room, statistical times beside simulated ones, targets, differences between variants, limits.
 
-use serde_json::json;
+use serde_json::{Value, json};
 use sonel_acoustics::{eyring_time, mean_free_path, sabine_time};
 use sonel_analysis::average::{average, single_number};
 use sonel_analysis::comparison::{Pairing, Significance, difference};
@@ -49,6 +49,24 @@ pub fn room(page: &mut Document, subjects: &[Subject], map: Option<Traced<'_>>) 
         .chain(receivers.map(|(name, at)| point("receiver", name, at)))
         .collect();
     page.table("", &["", "name", "x [m]", "y [m]", "z [m]"].map(str::to_owned), &rows);
+    for subject in subjects {
+        let parts: Vec<String> =
+            subject.echograms().metadata["together"].as_array().into_iter().flatten().map(part).collect();
+        if !parts.is_empty() {
+            page.text(&format!("{}: sources as one system, {}.", subject.name, parts.join("; ")));
+        }
+    }
+}
+
+/// A source of a system with its gain and delay.
+fn part(source: &Value) -> String {
+    let number = |key: &str| source[key].as_f64().unwrap_or(0.0);
+    let name = source["source"].as_str().unwrap_or_default();
+    format!(
+        "{name} with a gain of {} dB and a delay of {:.1} ms",
+        number("gain_db"),
+        1000.0 * number("delay_s")
+    )
 }
 
 fn surface(map: Traced<'_>) -> f64 {
@@ -137,7 +155,7 @@ pub fn targets(page: &mut Document, subjects: &[Subject], head: &Head) {
                 all.to_owned(),
             ]);
         }
-        page.text(&format!("{}: {symbol} [{unit}]", target.name));
+        page.text(&format!("{}: {symbol} [{unit}]{}", target.name, state(&target.name)));
         let columns = ["variant", "f [Hz]", "wanted", "mean over receivers", "verdict"].map(str::to_owned);
         page.table("", &columns, &rows);
     }
@@ -149,6 +167,18 @@ pub fn targets(page: &mut Document, subjects: &[Subject], head: &Head) {
     page.note(&format!(
         "Pass: all of {of} lies within the range. Fail: all of it lies outside. Undecided: it reaches over an end of the range."
     ));
+}
+
+/// The state of the room in which the standard of a target holds.
+fn state(target: &str) -> &'static str {
+    let target = target.to_lowercase();
+    match () {
+        () if target.starts_with("din18041") => " of the occupied room; people must be in the materials",
+        () if target.starts_with("bb93") || target.starts_with("ansi") => {
+            " of the finished, unoccupied room; no people in the materials"
+        }
+        () => "",
+    }
 }
 
 fn words([low, high]: [f64; 2]) -> String {
@@ -279,4 +309,22 @@ pub fn limits(page: &mut Document, subjects: &[Subject]) {
         ]
         .map(str::to_owned),
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_standard_says_for_which_room_it_holds() {
+        let stated = ["DIN18041-a3", "bb93-primary", "ansi-s12.60", "t30<=0.6s"].map(state);
+        assert!(stated[0].contains(" occupied") && stated[1].contains("unoccupied"));
+        assert_eq!((stated[2], stated[3]), (stated[1], ""));
+    }
+
+    #[test]
+    fn a_part_of_a_system_has_its_gain_and_delay() {
+        let text = part(&json!({ "source": "rear", "gain_db": -3.5, "delay_s": 0.025 }));
+        assert_eq!(text, "rear with a gain of -3.5 dB and a delay of 25.0 ms");
+    }
 }
