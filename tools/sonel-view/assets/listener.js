@@ -36,10 +36,7 @@ class Newest {
 // Rows of parameters over the bands; with those of A, differences in JND, bold where they are beyond chance.
 function showParameters(pair, kept) {
   const table = byId("parameters");
-  table.replaceChildren();
-  const head = make("tr");
-  head.append(make("th", ""), make("th", "mid"), ...pair.bands.map((band) => make("th", hertz(band))));
-  table.append(head);
+  table.replaceChildren(heading(["", "mid", ...pair.bands.map(hertz)]));
   for (const row of pair.parameters) {
     const line = make("tr");
     line.dataset.key = row.key;

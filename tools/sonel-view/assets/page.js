@@ -65,39 +65,59 @@ function highlight(delay) {
 
 const isChanged = () => Object.keys(shown.changes).length > 0;
 
-// Materials with what they absorb: sliders where a server answers.
+// Materials with what they absorb: sliders where a server answers, and a block for other materials that responses were rendered with.
 function showMaterials() {
   const { room } = shown, table = byId("materials");
   if (!room.materials.length) return byId("materialsSection").remove();
-  table.replaceChildren();
-  const head = make("tr");
-  head.append(...["material", "area [m²]", "share", ...room.bands.map(hertz), "scattering", "law", "source"].map((text) => make("th", text)));
-  table.append(head);
-  const key = byId("coefficient").value;
-  const current = (material, key) => shown.changes[`materials.${material.name}.${key}`] ?? material[key];
-  const alpha = (material) => current(material, "absorption");
+  const texts = ["material", "area [m²]", "share of absorption", ...room.bands.map(hertz), "scattering", "law", "source"];
+  const focused = document.activeElement?.ariaLabel;
+  table.replaceChildren(heading(texts));
+  const current = room.materials.map((material) => {
+    const changed = (key) => shown.changes[`materials.${material.name}.${key}`];
+    const keys = ["absorption", "scattering", "transmission"];
+    return { ...Object.fromEntries(keys.map((key) => [key, changed(key) ?? material[key]])), isChanged: keys.some(changed) };
+  });
+  const rendered = room.rendered ?? [], isOther = ({ materials }) => materials.some(({ isChanged }) => isChanged);
+  if (server || !rendered.length) table.append(materialRows(current, server));
+  for (const block of server ? rendered.filter(isOther) : rendered) {
+    if (rendered.length > 1 || isOther(block)) {
+      const name = Object.assign(make("th", block.name), { colSpan: texts.length }), line = make("tr");
+      line.append(name);
+      table.append(line);
+    }
+    table.append(materialRows(block.materials));
+  }
+  [...table.querySelectorAll("input")].find(({ ariaLabel }) => ariaLabel === focused)?.focus();
+  byId("original").hidden = !isChanged();
+}
+
+function materialRows(coefficients, isEdited) {
+  const { room } = shown, key = byId("coefficient").value, rows = document.createDocumentFragment();
   const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
-  const total = room.materials.reduce((sum, material) => sum + material.area * mean(alpha(material)), 0);
+  const absorbing = room.materials.map(({ area }, index) => area * mean(coefficients[index].absorption));
+  const total = absorbing.reduce((sum, area) => sum + area, 0) || 1;
   room.materials.forEach((material, index) => {
-    const line = make("tr"), name = make("td"), swatch = make("span", "", "swatch");
+    const own = coefficients[index], values = own[key];
+    const line = make("tr", undefined, own.isChanged ? "beyond" : ""), name = make("td"), swatch = make("span", "", "swatch");
     swatch.style.background = colorOf(index);
     name.append(swatch, material.name);
-    const values = current(material, key);
-    line.append(name, make("td", material.area.toFixed(1)), make("td", `${(100 * material.area * mean(alpha(material)) / (total || 1)).toFixed(0)} %`));
+    line.append(name, make("td", material.area.toFixed(1)), make("td", `${(100 * absorbing[index] / total).toFixed(0)} %`));
     values.forEach((value, band) => {
       const place = make("td");
-      if (server) {
+      if (isEdited) {
         const input = Object.assign(make("input"), { type: "number", min: 0, max: 1, step: 0.01, value: Number(value.toFixed(4)) });
         input.setAttribute("aria-label", `${key} of ${material.name} at ${hertz(room.bands[band])}`);
-        input.onchange = () => changeMaterial(material, values.map((old, at) => at === band ? Math.min(1, Math.max(0, Number(input.value))) : old), key);
+        // Rows are made anew when the next input has the focus.
+        input.onchange = () => setTimeout(() => changeMaterial(material, values.map((old, at) => at === band ? Math.min(1, Math.max(0, Number(input.value))) : old), key));
         place.append(input);
       } else place.textContent = value.toFixed(2);
       line.append(place);
     });
-    line.append(make("td", mean(current(material, "scattering")).toFixed(2)), make("td", material.law), make("td", material.source ?? ""));
-    table.append(line);
+    const source = own.isChanged ? "not that of the map" : material.source ?? "";
+    line.append(make("td", mean(own.scattering).toFixed(2)), make("td", material.law), make("td", source));
+    rows.append(line);
   });
-  byId("original").hidden = !isChanged();
+  return rows;
 }
 
 function showFaults() {
@@ -345,7 +365,7 @@ function paint() {
   const scale = make("span");
   scale.id = "scale";
   scale.style.background = `linear-gradient(to right, ${RAMP.map((color) => `rgb(${color})`).join(",")})`;
-  const digits = decimals(noticeable);
+  const digits = decimals(range[1], noticeable);
   say("");
   byId("mapped").replaceChildren(`${symbol} [${unit || "1"}] ${range[0].toFixed(digits)}`, scale,
     `${range[1].toFixed(digits)}: ${((range[1] - range[0]) / noticeable).toFixed(1)} JND over ${values.length} places, a line every ${step.toFixed(digits)}. Point at one for its interval. ${shown.map.note ?? ""}`);

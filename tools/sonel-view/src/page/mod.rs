@@ -5,6 +5,7 @@
 mod charts;
 mod client;
 mod document;
+mod materials;
 pub mod pair;
 mod receivers;
 mod reflections;
@@ -144,7 +145,11 @@ pub fn of_responses(
     let name = head.project.as_deref().or(scene).unwrap_or("Room acoustics");
     let room = map.map_or_else(
         || room::of_response(subjects[0].echograms()),
-        |map| room::json(&map.map.header().scene, map.walls, None),
+        |map| {
+            let mut room = room::json(&map.map.header().scene, map.walls, None);
+            room["rendered"] = materials::materials(subjects, map).iter().map(|it| it.json(map)).collect();
+            room
+        },
     );
     let pairs: Vec<Value> = sections::drawn(subjects)
         .into_iter()

@@ -1,0 +1,94 @@
+//! Materials that responses were rendered with: those of the map, or others that the metadata state.
+
+use serde_json::{Value, json};
+use sonel_acoustics::Material;
+
+use super::{Subject, Traced};
+
+/// Coefficients that differ by less are the same.
+const ROUNDING: f64 = 1e-9;
+
+/// Responses with the same materials.
+pub struct Materials<'a> {
+    /// These responses.
+    pub of: Vec<&'a Subject>,
+    /// Their materials, in the order of the scene.
+    pub each: Vec<Material>,
+}
+
+/// The materials of all responses of the `map`; those of the map where it has no response.
+pub fn materials<'a>(subjects: &'a [Subject], map: Traced<'_>) -> Vec<Materials<'a>> {
+    let own = &map.map.header().scene.materials;
+    let mut found: Vec<Materials<'a>> = Vec::new();
+    for subject in subjects.iter().filter(|subject| map.holds(subject.echograms())) {
+        let each = rendered_with(own, &subject.echograms().metadata["options"]["changed"]["materials"]);
+        match found.iter_mut().find(|known| known.each == each) {
+            Some(known) => known.of.push(subject),
+            None => found.push(Materials { of: vec![subject], each }),
+        }
+    }
+    if found.is_empty() {
+        found.push(Materials { of: Vec::new(), each: own.clone() });
+    }
+    found
+}
+
+fn rendered_with(own: &[Material], changed: &Value) -> Vec<Material> {
+    let mut each = own.to_vec();
+    for Material { name, absorption, scattering, transmission, .. } in &mut each {
+        for (key, values) in
+            [("absorption", absorption), ("scattering", scattering), ("transmission", transmission)]
+        {
+            let stated = changed[&*name][key].as_array().into_iter().flatten().filter_map(Value::as_f64);
+            // Text rounds the last digit.
+            for (value, stated) in
+                values.iter_mut().zip(stated).filter(|(value, stated)| (**value - stated).abs() > ROUNDING)
+            {
+                *value = stated;
+            }
+        }
+    }
+    each
+}
+
+impl Materials<'_> {
+    /// Names of the responses.
+    pub fn name(&self) -> String {
+        self.of.iter().map(|subject| subject.name.as_str()).collect::<Vec<_>>().join(", ")
+    }
+
+    /// Coefficients for the table of the page, and which are not those of the map.
+    pub fn json(&self, map: Traced<'_>) -> Value {
+        let own = &map.map.header().scene.materials;
+        let each = self.each.iter().zip(own).map(|(material, own)| {
+            json!({ "absorption": material.absorption, "scattering": material.scattering,
+                "transmission": material.transmission, "isChanged": material != own })
+        });
+        json!({ "name": self.name(), "materials": each.collect::<Vec<_>>() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sonel_acoustics::AbsorptionLaw;
+
+    use super::*;
+
+    #[test]
+    fn a_response_has_the_coefficients_that_it_states_and_else_those_of_the_map() {
+        let material = |name: &str| Material {
+            name: name.to_owned(),
+            absorption: vec![0.1, 0.2],
+            scattering: vec![0.3; 2],
+            transmission: vec![0.0; 2],
+            law: AbsorptionLaw::default(),
+            source: None,
+        };
+        let own = ["wall", "ceiling"].map(material);
+        assert_eq!(rendered_with(&own, &Value::Null), own);
+        let stated =
+            json!({ "wall": { "absorption": [0.1 + 1e-16, 0.2] }, "ceiling": { "absorption": [0.25, 0.5] } });
+        let changed = rendered_with(&own, &stated);
+        assert_eq!((&changed[0], &changed[1].absorption), (&own[0], &vec![0.25, 0.5]));
+    }
+}
