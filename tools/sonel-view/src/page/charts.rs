@@ -3,18 +3,7 @@
 use serde_json::{Value, json};
 use sonel_drawing::plot::{Axis, Mark, Panel, Scale, Series};
 
-use super::document::escaped;
-
-/// Colours of series, those of plotly.js.
-const COLORS: [&str; 10] = [
-    "#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22",
-    "#17becf",
-];
-
-/// Colour of a series by its index.
-pub fn color(index: usize) -> &'static str {
-    COLORS[index % COLORS.len()]
-}
+use super::document::{color, escaped};
 
 /// A panel: lines with bands, points with bars.
 pub fn of(panel: &Panel) -> Value {

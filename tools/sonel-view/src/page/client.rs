@@ -2,14 +2,16 @@
 
 use serde_json::{Value, json};
 use sonel_acoustics::{eyring_time, mean_free_path, sabine_time};
-use sonel_analysis::average::{average, single_number};
+use sonel_analysis::average::average;
 use sonel_analysis::comparison::{Pairing, Significance, difference};
 use sonel_analysis::seats::spread;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_study::criteria::{Verdict, verdict};
 
-use super::document::Document;
-use super::sections::{MOST_ROWS, cell, single};
+use super::document::{Document, color, escaped};
+use super::materials::{Materials, materials};
+use super::sections::MOST_ROWS;
+use super::single::{Single, cell};
 use super::{Head, Subject, Traced, charts, uncertainty};
 
 /// Author, date and version, as they were given; the project is the title.
@@ -83,16 +85,30 @@ fn mean(subject: &Subject, parameter: Parameter, hz: f64) -> ParameterValue {
     spread(&values).mean
 }
 
-/// Sabine's and Eyring's times beside T30 of every response.
+/// Sabine's and Eyring's times beside T30 of the responses with these materials.
 pub fn statistics(page: &mut Document, subjects: &[Subject], map: Traced<'_>) {
-    let scene = &map.map.header().scene;
-    let (Some(volume), surface) = (map.walls.volume(), surface(map)) else { return };
+    let Some(volume) = map.walls.volume() else { return };
     page.section("Statistical and simulated reverberation times");
-    let named = subjects.iter().map(|subject| format!("T30 [s], {}", subject.name));
+    let all = materials(subjects, map);
+    for materials in &all {
+        if all.len() > 1 {
+            page.text(&format!("Materials of {}", materials.name()));
+        }
+        times(page, materials, map, volume);
+    }
+    page.note(
+        "Statistical times hold for a diffuse field and the materials of these responses; where absorption is uneven, simulated times are longer. \
+         T30 is the mean over the receivers with a value.",
+    );
+}
+
+fn times(page: &mut Document, materials: &Materials<'_>, map: Traced<'_>, volume: f64) {
+    let (scene, surface) = (&map.map.header().scene, surface(map));
+    let named = materials.of.iter().map(|subject| format!("T30 [s], {}", subject.name));
     let columns = ["f [Hz]", "mean α", "Sabine [s]", "Eyring [s]"].map(str::to_owned).into_iter();
     let columns: Vec<String> = columns.chain(named).collect();
     let row = |(band, hz): (usize, &f64)| {
-        let areas = scene.materials.iter().enumerate();
+        let areas = materials.each.iter().enumerate();
         let absorbing: f64 = areas
             .map(|(index, material)| map.walls.exposed_area(index as u32) * material.absorption[band])
             .sum();
@@ -103,15 +119,11 @@ pub fn statistics(page: &mut Document, subjects: &[Subject], map: Traced<'_>) {
         [hz.to_string(), format!("{mean_absorption:.3}")]
             .into_iter()
             .chain(times.map(|time| format!("{time:.2}")))
-            .chain(subjects.iter().map(|subject| cell(&mean(subject, Parameter::T30, *hz), 1.0)))
+            .chain(materials.of.iter().map(|subject| cell(&mean(subject, Parameter::T30, *hz), 1.0)))
             .collect()
     };
     let rows: Vec<Vec<String>> = scene.bands.nominal().iter().enumerate().map(row).collect();
     page.table("", &columns, &rows);
-    page.note(
-        "Statistical times hold for a diffuse field and the materials of the map; where absorption is uneven, simulated times are longer. \
-         T30 is the mean over the receivers with a value.",
-    );
 }
 
 /// Targets per band, with a verdict by the interval of the mean over the receivers.
@@ -192,7 +204,7 @@ fn words([low, high]: [f64; 2]) -> String {
 /// Differences of single numbers between every response and the first.
 pub fn differences(page: &mut Document, subjects: &[Subject]) {
     let [first, others @ ..] = subjects else { return };
-    let shown = single(subjects);
+    let shown = Single::of(subjects);
     let (mut rows, mut means) = (Vec::new(), Vec::new());
     for other in others {
         let pairing = Pairing::of(&first.echograms().metadata, &other.echograms().metadata);
@@ -208,13 +220,13 @@ pub fn differences(page: &mut Document, subjects: &[Subject]) {
             })
             .collect();
         let row = |name: String, pairs: &[[&ReceiverParameters; 2]]| -> Vec<String> {
-            let cells = shown.iter().map(|&parameter| {
+            let cells = shown.iter().map(|single| {
                 let values: Vec<[ParameterValue; 2]> =
-                    pairs.iter().map(|pair| pair.map(|found| single_number(found, parameter))).collect();
+                    pairs.iter().map(|pair| pair.map(|found| single.value(found))).collect();
                 // Receivers that have the value in both.
                 let known = || values.iter().filter(|[a, b]| a.is_ok() && b.is_ok());
                 let [a, b] = [0, 1].map(|which| average(known().map(|pair| &pair[which])));
-                noticed(&difference(&a, &b, pairing), &a, parameter)
+                noticed(&difference(&a, &b, pairing), &a, *single)
             });
             std::iter::once(name).chain(cells).collect()
         };
@@ -229,10 +241,7 @@ pub fn differences(page: &mut Document, subjects: &[Subject]) {
         return;
     }
     page.section("Differences");
-    let columns = shown.iter().map(|parameter| {
-        let (symbol, unit, _) = parameter.heading();
-        format!("Δ{symbol} [{unit}]")
-    });
+    let columns = shown.iter().map(|single| format!("Δ{}", single.label()));
     let columns: Vec<String> = std::iter::once(format!("less {}", first.name)).chain(columns).collect();
     if rows.len() > MOST_ROWS {
         page.table("", &columns, &means);
@@ -246,10 +255,10 @@ pub fn differences(page: &mut Document, subjects: &[Subject]) {
     );
 }
 
-fn noticed(difference: &ParameterValue, before: &ParameterValue, parameter: Parameter) -> String {
+fn noticed(difference: &ParameterValue, before: &ParameterValue, single: Single) -> String {
     let (Ok(found), Ok(before)) = (difference, before) else { return "–".to_owned() };
-    let significance = Significance::of(found, parameter.just_noticeable(before.value));
-    format!("{}{}", cell(difference, parameter.heading().2), significance.mark())
+    let significance = Significance::of(found, single.just_noticeable(before.value));
+    format!("{}{}", cell(difference, single.heading().2), significance.mark())
 }
 
 /// T20 over the bands, with the ranges of targets about it.
@@ -265,8 +274,8 @@ pub fn curves(page: &mut Document, subjects: &[Subject], head: &Head) {
             .iter()
             .map(|value| charts::rounded(value.as_ref().map_or(f64::NAN, |found| factor * found.value)))
             .collect();
-        data.push(json!({ "type": "scatter", "mode": "lines+markers", "name": super::document::escaped(&subject.name), "x": bands, "y": y,
-            "line": { "color": charts::color(index) } }));
+        data.push(json!({ "type": "scatter", "mode": "lines+markers", "name": escaped(&subject.name), "x": bands, "y": y,
+            "line": { "color": color(index) } }));
     }
     let volume = subjects[0].echograms().metadata["volume_m3"].as_f64();
     for (end, name) in [(0, "lowest"), (1, "highest")] {
@@ -286,9 +295,10 @@ pub fn curves(page: &mut Document, subjects: &[Subject], head: &Head) {
     let x = json!({ "type": "log", "title": { "text": "band [Hz]" }, "tickvals": subjects[0].echograms().center_frequency_hz,
         "ticktext": subjects[0].echograms().center_frequency_hz.iter().map(ToString::to_string).collect::<Vec<_>>() });
     let y = json!({ "title": { "text": format!("{symbol} [{unit}]") }, "rangemode": "tozero" });
-    page.charts(&[
-        json!({ "data": data, "layout": charts::layout(&format!("{symbol} and {}", target.name), x, y) }),
-    ]);
+    page.charts(
+        &[],
+        &[json!({ "data": data, "layout": charts::layout(&format!("{symbol} and {}", target.name), x, y) })],
+    );
 }
 
 /// What the numbers do not say.

@@ -22,6 +22,17 @@ const SCRIPTS: [&str; 5] = [
 const STYLE: &str = include_str!("../../assets/page.css");
 const VIEW: &str = include_str!("../../assets/view.html");
 
+/// Colours of series, those of plotly.js.
+const COLORS: [&str; 10] = [
+    "#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22",
+    "#17becf",
+];
+
+/// Colour of a series by its index.
+pub fn color(index: usize) -> &'static str {
+    COLORS[index % COLORS.len()]
+}
+
 /// A page being written.
 pub struct Document {
     title: String,
@@ -100,9 +111,10 @@ impl Document {
             format!("<tr>{cells}</tr>")
         };
         let body: String = rows.iter().map(|cells| row(cells, "td")).collect();
-        let head = if head.is_empty() { String::new() } else { row(head, "th") };
+        let head =
+            if head.is_empty() { String::new() } else { format!("<thead>{}</thead>", row(head, "th")) };
         self.body.push_str(&format!(
-            "<div class=\"scroll\"><table class=\"{class}\">{head}{body}</table></div>\n"
+            "<div class=\"scroll\"><table class=\"{class}\">{head}<tbody>{body}</tbody></table></div>\n"
         ));
     }
 
@@ -125,21 +137,18 @@ impl Document {
         ));
     }
 
-    /// Names of series with their colours, for charts without legends of their own.
-    pub fn legend<'a>(&mut self, names: impl Iterator<Item = (&'a str, &'a str)>) {
-        let keys: String = names
-            .map(|(name, color)| format!("<span><b style=\"color:{color}\">■</b> {}</span>", escaped(name)))
-            .collect();
-        self.body.push_str(&format!("<p class=\"note keys\">{keys}</p>\n"));
-    }
-
-    /// Charts side by side, each `{"data": …, "layout": …}` of plotly.js.
-    pub fn charts(&mut self, charts: &[Value]) {
+    /// Charts side by side, each `{"data": …, "layout": …}` of plotly.js, below the names of series where the charts have no legends of their own.
+    pub fn charts(&mut self, names: &[String], charts: &[Value]) {
+        let keys = names.iter().enumerate().map(|(index, name)| {
+            format!("<span><b style=\"color:{}\">■</b> {}</span>", color(index), escaped(name))
+        });
+        let keys: String = keys.collect();
+        let keys = if keys.is_empty() { keys } else { format!("<p class=\"note keys\">{keys}</p>") };
         let first = self.charts.len();
         let places: String = (first..first + charts.len())
             .map(|index| format!("<div id=\"chart{index}\" class=\"chart\"></div>"))
             .collect();
-        self.body.push_str(&format!("<div class=\"grid\">{places}</div>\n"));
+        self.body.push_str(&format!("<div class=\"grid\">{keys}{places}</div>\n"));
         self.charts.extend_from_slice(charts);
     }
 
@@ -162,5 +171,18 @@ impl Document {
              <body><h1>{title}</h1>\n{head}<nav><a href=\"#view\">Room</a>{contents}</nav>\n{VIEW}\n{body}\
              {libraries}{content}<script>start()</script></body></html>\n"
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn print_can_repeat_the_head_of_a_table() {
+        let mut page = Document::new("", Value::Null);
+        page.table("", &["f".to_owned()], &[vec!["1".to_owned()]]);
+        let table = "<thead><tr><th>f</th></tr></thead><tbody><tr><td>1</td></tr></tbody>";
+        assert!(page.body.contains(table), "{}", page.body);
     }
 }

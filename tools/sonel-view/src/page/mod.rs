@@ -11,6 +11,7 @@ mod receivers;
 mod reflections;
 pub mod room;
 mod sections;
+mod single;
 mod uncertainty;
 mod words;
 

@@ -8,6 +8,7 @@ use sonel_drawing::plot::{self, Axis, Panel};
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 
+use super::single::half_width;
 use super::{charts, reflections};
 
 /// Source `s` at receiver `r` of a response with these parameters. Ways are followed between the walls `geometry`, where they are those that
@@ -66,8 +67,8 @@ fn rows(receiver: &ReceiverParameters) -> Vec<Value> {
 /// Value and half-width of its interval; a reason where there is none.
 pub fn value(value: &ParameterValue, factor: f64) -> Value {
     match value {
-        Ok(estimate) => match &estimate.interval {
-            Ok([low, high]) => json!([factor * estimate.value, factor * 0.5 * (high - low)]),
+        Ok(estimate) => match half_width(estimate) {
+            Ok(half) => json!([factor * estimate.value, factor * half]),
             Err(reason) => json!([factor * estimate.value, reason.to_string()]),
         },
         Err(reason) => json!(reason.to_string()),

@@ -8,7 +8,7 @@ use sonel_drawing::plot::{self, Axis, Place, Plan, Plans, Section, Sheet};
 use sonel_geometry::section;
 
 use super::document::Document;
-use super::sections::{cell, just_noticeable_of};
+use super::single::{Single, cell};
 use super::{Subject, Traced};
 
 /// Pairs of source and receiver with tables of their own: each takes some 3 kB of the page.
@@ -71,7 +71,7 @@ fn over_bands(receiver: &ReceiverParameters) -> (Vec<String>, Vec<Vec<String>>) 
         .map(|band| row(band.center_frequency_hz.to_string(), &|parameter| band.parameter(parameter).clone()))
         .collect();
     rows.push(row("single".to_owned(), &|parameter| single_number(receiver, parameter)));
-    let noticed = parameters.iter().map(|parameter| just_noticeable_of(*parameter));
+    let noticed = parameters.iter().map(|parameter| Single::Of(*parameter).just_noticeable_in_words());
     rows.push(std::iter::once("JND".to_owned()).chain(noticed).collect());
     (head, rows)
 }
@@ -91,47 +91,31 @@ pub fn maps(page: &mut Document, subjects: &[Subject], map: Option<Traced<'_>>) 
             sources.push(source);
         }
     }
-    let speech = |receiver: &ReceiverParameters| receiver.speech_transmission_index.clone();
+    let shown = [Parameter::Strength, Parameter::T30, Parameter::ClarityC80].map(Single::Of);
     for source in sources {
-        for parameter in [Parameter::Strength, Parameter::T30, Parameter::ClarityC80] {
-            let of = |receiver: &ReceiverParameters| single_number(receiver, parameter);
-            figure(page, &mapped, map, source, parameter.heading(), &of);
+        for single in shown.into_iter().chain([Single::Speech]) {
+            figure(page, &mapped, map, source, single);
         }
-        figure(page, &mapped, map, source, ("STI", "", 1.0), &speech);
     }
     page.note("Single numbers. A cell reaches halfway to the next receiver; grey: no value. The cross is the source.");
 }
 
-fn figure(
-    page: &mut Document,
-    subjects: &[&Subject],
-    map: Option<Traced<'_>>,
-    source: &str,
-    (symbol, unit, factor): (&str, &str, f64),
-    of: &dyn Fn(&ReceiverParameters) -> ParameterValue,
-) {
-    let plans: Vec<Plan> =
-        subjects.iter().filter_map(|subject| plan(subject, map, source, (symbol, factor), of)).collect();
+fn figure(page: &mut Document, subjects: &[&Subject], map: Option<Traced<'_>>, source: &str, single: Single) {
+    let plans: Vec<Plan> = subjects.iter().filter_map(|subject| plan(subject, map, source, single)).collect();
     if plans.is_empty() || plans.iter().all(|plan| plan.spots.iter().all(|spot| spot.value.is_none())) {
         return;
     }
-    let label = if unit.is_empty() { symbol.to_owned() } else { format!("{symbol} [{unit}]") };
-    let plans = Plans { scale: Axis::linear(label), each: plans };
+    let plans = Plans { scale: Axis::linear(single.label()), each: plans };
     let mut drawn = Vec::new();
     // Writing to memory cannot fail; a drawing that does is left out, its numbers are in the tables.
     let sheet = Sheet { plans: Some(plans), ..Sheet::default() };
     if plot::svg(&sheet, &mut drawn).is_ok() {
-        page.drawing(&format!("{symbol} of {source}"), &String::from_utf8_lossy(&drawn));
+        page.drawing(&format!("{} of {source}", single.heading().0), &String::from_utf8_lossy(&drawn));
     }
 }
 
-fn plan(
-    subject: &Subject,
-    map: Option<Traced<'_>>,
-    source: &str,
-    (symbol, factor): (&str, f64),
-    of: &dyn Fn(&ReceiverParameters) -> ParameterValue,
-) -> Option<Plan> {
+fn plan(subject: &Subject, map: Option<Traced<'_>>, source: &str, single: Single) -> Option<Plan> {
+    let (symbol, _, factor) = single.heading();
     let echograms = subject.echograms();
     let index = echograms.source_names.iter().position(|name| name == source)?;
     let positions = &echograms.receiver_positions;
@@ -139,7 +123,7 @@ fn plan(
     let places: Vec<Place> = own
         .map(|receiver| Place {
             position: receiver.position,
-            value: of(receiver).ok().map(|estimate| factor * estimate.value),
+            value: single.value(receiver).ok().map(|estimate| factor * estimate.value),
         })
         .collect();
     let scene = map.map(|map| &map.map.header().scene);

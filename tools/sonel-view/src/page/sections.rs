@@ -2,41 +2,17 @@
 
 use serde_json::{Value, json};
 use sonel::ledger::{balances_json, fates_json};
-use sonel_acoustics::just_noticeable as noticeable;
-use sonel_analysis::average::{average, single_number};
 use sonel_analysis::modal::ModalBands;
-use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters, report};
+use sonel_analysis::{ReceiverParameters, report};
 use sonel_drawing::plot;
 
 use super::charts::{self, layout, rounded};
-use super::document::{Document, escaped};
+use super::document::{Document, color, escaped};
+use super::single::{Single, cell};
 use super::{MOST_PAIRS, Subject, Traced, uncertainty, words};
 
 /// Rows of a table of pairs of source and receiver beyond which it is folded.
 pub const MOST_ROWS: usize = 24;
-/// Single numbers, in the order of the tables.
-const SINGLE: [Parameter; 6] = [
-    Parameter::Strength,
-    Parameter::T30,
-    Parameter::EarlyDecayTime,
-    Parameter::ClarityC80,
-    Parameter::DefinitionD50,
-    Parameter::CenterTime,
-];
-
-/// The single numbers of these responses: lateral ones where any has directions.
-pub fn single(subjects: &[Subject]) -> Vec<Parameter> {
-    let lateral = subjects.iter().any(|subject| subject.echograms().directions.is_some());
-    let has_noise = has_noise(subjects);
-    let lateral = Parameter::LATERAL.into_iter().filter(|_| lateral);
-    SINGLE.into_iter().chain(lateral).chain(Parameter::IN_NOISE.into_iter().filter(|_| has_noise)).collect()
-}
-
-/// Whether speech stands in noise.
-fn has_noise(subjects: &[Subject]) -> bool {
-    subjects.iter().flat_map(|subject| &subject.parameters).any(|parameters| parameters.in_noise.is_some())
-}
-
 /// Pairs of source and receiver of all responses, by name, as many as are drawn.
 pub fn drawn(subjects: &[Subject]) -> Vec<(String, &Subject, usize)> {
     let all =
@@ -52,51 +28,28 @@ fn label(subjects: &[Subject], subject: &Subject, parameters: &ReceiverParameter
     if subjects.len() > 1 { format!("{}: {pair}", subject.name) } else { pair }
 }
 
-/// Value with the half-width of its interval and, where it is known, that of the materials, as tables have it.
-pub fn cell(estimate: &ParameterValue, factor: f64) -> String {
-    let Ok(estimate) = estimate else { return "–".to_owned() };
-    let value = estimate.value * factor;
-    let materials = |digits: usize| {
-        let half = estimate.material_half_width().map(|half| factor * half);
-        half.map(|half| format!(" ± {half:.digits$}")).unwrap_or_default()
-    };
-    match &estimate.interval {
-        Ok([low, high]) => {
-            let half = (high - estimate.value).max(estimate.value - low) * factor;
-            let digits = if half < 0.1 { 2 } else { 1 };
-            format!("{value:.digits$} ± {half:.digits$}{}", materials(digits))
-        }
-        Err(_) => format!("{value:.2}"),
-    }
-}
-
 /// Single numbers of every pair and their means.
 pub fn summary(page: &mut Document, subjects: &[Subject]) {
     page.section("Summary");
-    let single = single(subjects);
-    let names = single.iter().map(|parameter| {
-        let (symbol, unit, _) = parameter.heading();
-        format!("{symbol} [{unit}]")
-    });
+    let single = Single::of(subjects);
     let head: Vec<String> =
-        std::iter::once("source → receiver".to_owned()).chain(names).chain(["STI".to_owned()]).collect();
+        std::iter::once("source → receiver".to_owned()).chain(single.iter().map(|it| it.label())).collect();
     let (mut rows, mut each) = (Vec::new(), Vec::new());
     let is_long = subjects.iter().map(Subject::pairs).sum::<usize>() > MOST_ROWS;
     for subject in subjects {
         for parameters in &subject.parameters {
-            let cells = single
-                .iter()
-                .map(|parameter| cell(&single_number(parameters, *parameter), parameter.heading().2));
-            let speech = cell(&parameters.speech_transmission_index, 1.0);
-            let name = label(subjects, subject, parameters);
-            let row = std::iter::once(name).chain(cells).chain([speech]).collect();
+            let cells = single.iter().map(|it| cell(&it.value(parameters), it.heading().2));
+            let row = std::iter::once(label(subjects, subject, parameters)).chain(cells).collect();
             if is_long { &mut each } else { &mut rows }.push(row);
         }
         if subject.parameters.len() > 1 {
-            rows.push(means(subjects, subject, &single));
+            let name = if subjects.len() > 1 { format!("{}: mean", subject.name) } else { "mean".to_owned() };
+            let means = single.iter().map(|it| it.mean(&subject.parameters));
+            rows.push(std::iter::once(name).chain(means).collect());
         }
     }
-    rows.push(just_noticeable(&single));
+    let noticeable = single.iter().map(|it| it.just_noticeable_in_words());
+    rows.push(std::iter::once("JND".to_owned()).chain(noticeable).collect());
     page.table("", &head, &rows);
     if is_long {
         page.folded("Every source and receiver", &head, &each);
@@ -115,38 +68,11 @@ pub fn summary(page: &mut Document, subjects: &[Subject]) {
     let materials = if uncertainty::is_known(subjects) { ", then that of the materials" } else { "" };
     page.note(&format!(
         "Means of the octaves 500 and 1000 Hz (LF, LFC and LJ: 125 to 1000 Hz), ± half of the 95 % interval of the simulation{materials}. A difference of one \
-         JND (just-noticeable difference) can just be heard. The mean is over all pairs of a response; its interval is that of the mean, not the spread between seats. {speech}"
+         JND (just-noticeable difference) can just be heard. The mean is over all pairs of a response that have a value; its interval is that of the mean, not the spread between seats. {speech}"
     ));
     let all: Vec<ReceiverParameters> =
         drawn(subjects).into_iter().map(|(_, subject, index)| subject.parameters[index].clone()).collect();
     page.data("figures", &report::receivers(&all));
-}
-
-fn means(subjects: &[Subject], subject: &Subject, single: &[Parameter]) -> Vec<String> {
-    let mean = |parameter: &Parameter| {
-        let parameters: Vec<ParameterValue> =
-            subject.parameters.iter().map(|receiver| single_number(receiver, *parameter)).collect();
-        cell(&average(&parameters), parameter.heading().2)
-    };
-    let speech = average(subject.parameters.iter().map(|receiver| &receiver.speech_transmission_index));
-    let name = if subjects.len() > 1 { format!("{}: mean", subject.name) } else { "mean".to_owned() };
-    [name].into_iter().chain(single.iter().map(mean)).chain([cell(&speech, 1.0)]).collect()
-}
-
-/// The just-noticeable difference of a parameter in the unit of its heading, or as a share.
-pub fn just_noticeable_of(parameter: Parameter) -> String {
-    let difference = parameter.just_noticeable(1.0);
-    if parameter.is_noticed_relatively() {
-        format!("{} %", 100.0 * difference)
-    } else {
-        (difference * parameter.heading().2).to_string()
-    }
-}
-
-fn just_noticeable(single: &[Parameter]) -> Vec<String> {
-    let differences = single.iter().map(|parameter| just_noticeable_of(*parameter));
-    let speech = noticeable::SPEECH_TRANSMISSION_INDEX.to_string();
-    ["JND".to_owned()].into_iter().chain(differences).chain([speech]).collect()
 }
 
 /// Warnings in plain words.
@@ -196,27 +122,26 @@ pub fn over_bands(page: &mut Document, subjects: &[Subject]) {
                 .collect();
             let last = points.iter().fold(0.0_f64, |last, point| last.max(point.0));
             if let (Some(bar), Some(data)) =
-                (bar(parameter, points.iter().map(|point| point.1)), chart["data"].as_array_mut())
+                (bar(Single::Of(parameter), points.iter().map(|point| point.1)), chart["data"].as_array_mut())
             {
                 data.push(noticeable_bar(json!(last * 1.5), bar));
             }
             chart
         })
         .collect();
-    let names = named.iter().enumerate().map(|(index, (name, _))| (name.as_str(), charts::color(index)));
-    page.legend(names);
-    page.charts(&charts);
+    let names: Vec<String> = named.into_iter().map(|(name, _)| name).collect();
+    page.charts(&names, &charts);
     page.note(
         "Bars at the points are 95 % intervals, the grey bar at the right is one just-noticeable difference.",
     );
 }
 
 /// Middle of the values and the just-noticeable difference there, in the unit of the heading.
-fn bar(parameter: Parameter, values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
+fn bar(single: Single, values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
     let count = values.clone().count();
-    let factor = parameter.heading().2;
+    let factor = single.heading().2;
     let middle = values.sum::<f64>() / count as f64;
-    (count > 0).then(|| (middle, factor * parameter.just_noticeable(middle / factor)))
+    (count > 0).then(|| (middle, factor * single.just_noticeable(middle / factor)))
 }
 
 fn noticeable_bar(x: Value, (middle, difference): (f64, f64)) -> Value {
@@ -231,12 +156,9 @@ fn noticeable_bar(x: Value, (middle, difference): (f64, f64)) -> Value {
 pub fn over_receivers(page: &mut Document, subjects: &[Subject]) {
     page.section("Over receivers");
     let names: Vec<String> = subjects.iter().flat_map(|subject| series_names(subjects, subject)).collect();
-    if names.len() > 1 {
-        page.legend(names.iter().enumerate().map(|(index, name)| (name.as_str(), charts::color(index))));
-    }
     let charts: Vec<Value> =
-        single(subjects).into_iter().map(|parameter| receivers_chart(subjects, parameter)).collect();
-    page.charts(&charts);
+        Single::of(subjects).into_iter().map(|single| receivers_chart(subjects, single)).collect();
+    page.charts(if names.len() > 1 { &names } else { &[] }, &charts);
     page.note(
         "Means of 500 and 1000 Hz (LF, LFC and LJ: 125 to 1000 Hz) with 95 % intervals; the grey bar is one just-noticeable difference.",
     );
@@ -248,8 +170,8 @@ fn series_names(subjects: &[Subject], subject: &Subject) -> Vec<String> {
     subject.echograms().source_names.iter().map(|source| format!("{name}{source}")).collect()
 }
 
-fn receivers_chart(subjects: &[Subject], parameter: Parameter) -> Value {
-    let (symbol, unit, factor) = parameter.heading();
+fn receivers_chart(subjects: &[Subject], single: Single) -> Value {
+    let factor = single.heading().2;
     let (mut data, mut values) = (Vec::new(), Vec::new());
     for subject in subjects {
         for (source, name) in series_names(subjects, subject).iter().enumerate() {
@@ -257,7 +179,7 @@ fn receivers_chart(subjects: &[Subject], parameter: Parameter) -> Value {
             let parameters = &subject.parameters[source * receivers..(source + 1) * receivers];
             let (mut names, mut y, mut up, mut down) = (vec![], vec![], vec![], vec![]);
             for receiver in parameters {
-                let Ok(estimate) = single_number(receiver, parameter) else { continue };
+                let Ok(estimate) = single.value(receiver) else { continue };
                 let [low, high] = estimate.interval.unwrap_or([estimate.value; 2]);
                 values.push(factor * estimate.value);
                 names.push(escaped(&receiver.name));
@@ -266,15 +188,15 @@ fn receivers_chart(subjects: &[Subject], parameter: Parameter) -> Value {
                 down.push(rounded(factor * (estimate.value - low)));
             }
             data.push(json!({
-                "type": "scatter", "mode": "markers", "name": escaped(name), "marker": { "color": charts::color(data.len()) },
+                "type": "scatter", "mode": "markers", "name": escaped(name), "marker": { "color": color(data.len()) },
                 "x": names, "y": y, "error_y": { "type": "data", "symmetric": false, "array": up, "arrayminus": down },
             }));
         }
     }
-    if let Some(bar) = bar(parameter, values.iter().copied()) {
+    if let Some(bar) = bar(single, values.iter().copied()) {
         data.push(noticeable_bar(json!("JND"), bar));
     }
-    let y = json!({ "title": { "text": format!("{symbol} [{unit}]") } });
+    let y = json!({ "title": { "text": single.label() } });
     let mut layout = layout("", json!({ "type": "category", "automargin": true }), y);
     layout["showlegend"] = json!(false);
     json!({ "data": data, "layout": layout })
