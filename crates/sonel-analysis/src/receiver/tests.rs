@@ -1,3 +1,5 @@
+//! Parameters of exponential decays: thirds against octaves, measurements without a level.
+
 use sonel_acoustics::BandWidth;
 use sonel_echogram::Arrivals;
 use sonel_testkit::exponential::ExponentialDecay;

@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn a_measurement_is_of_the_only_source_at_its_receiver() {
         let room = column(&[("stage", "row 1"), ("stage", "row 9")]);
-        assert_eq!(named(&[room.clone()], &[false]), ["stage", "row 1"]);
+        assert_eq!(named(std::slice::from_ref(&room), &[false]), ["stage", "row 1"]);
         assert_eq!(named(&[column(&[("measured", "before")]), room], &[true, false]), ["stage", "row 1"]);
         let several = column(&[("left", "row 1"), ("right", "row 1")]);
         assert_eq!(named(&[several], &[false]), ["measured", "row 1"]);
