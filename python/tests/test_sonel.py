@@ -429,6 +429,7 @@ def test_bad_files_get_the_message_of_the_program(mapped, tmp_path):
         (lambda room: room.render([[1, 2]]), "shape"),
         (lambda room: room.render({"a": [1, 2, "x"]}), "three numbers"),
         (lambda room: room.render({"": [1, 2, 1]}), "empty name"),
+        (lambda room: room.render(SEATS, threads=-1), "`threads` is -1"),
         (lambda room: room.render([1, 2, np.nan]), "not finite"),
         (lambda room: room.render(SEATS, set={"materials.roof.absorption": 0.1}), "it has"),
         (lambda room: room.render(SEATS, set={"materials.walls.absorption": 2}), "outside 0 … 1"),
@@ -504,17 +505,33 @@ def test_what_progress_raises_ends_the_work(scene, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == [], "a map that is not finished leaves no file"
 
 
-@pytest.mark.parametrize("stage", ["trace", "render"])
-def test_an_interruption_ends_the_work(scene, room, stage):
+@pytest.mark.parametrize("stage", ["trace", "render", "impulse_responses", "walk"])
+def test_an_interruption_ends_the_work(scene, room, stage, monkeypatch):
     def interrupted(*_):
         signal.raise_signal(signal.SIGINT)
+
+    def interrupted_soon(*_):
+        threading.Timer(0.2, interrupted).start()
+
+    if stage == "impulse_responses":
+        many = room.render(grid="1:9:8,1:6:8,1.5", rays=64)
+    if stage == "walk":
+        path = [[0, 1, 1, 1.5], [10, 9, 6, 1.5]]
+        places = room.render(dict(_sonel.places(path, 0.25)), rays=64)
+        monkeypatch.setattr(room, "render", lambda *_, **__: places)
 
     def work():
         with pytest.raises(KeyboardInterrupt):
             if stage == "trace":
                 sonel.trace(scene, packets=3_000_000, progress=interrupted)
-            else:
+            elif stage == "render":
                 room.render(SEATS, grid="1:9:10,1:6:10,1.5", progress=interrupted)
+            elif stage == "impulse_responses":
+                interrupted_soon()
+                many.impulse_responses(sample_rate=192_000, match=True)
+            else:
+                interrupted_soon()
+                room.walk(path, np.ones(1_000_000), sample_rate=192_000)
 
     # Where a shell starts this in the background, interruptions are ignored.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -575,9 +575,10 @@ def trace(
         "effects": effects,
         "variants": variants,
         "extend": None if extend is None else extend._inner,
+        "threads": threads,
     }
     with _Text(progress) as follower:
-        return Map(_sonel.trace(scene._inner, _LOGGER.log, threads, follower, **keywords))
+        return Map(_sonel.trace(scene._inner, _LOGGER.log, follower, **keywords))
 
 
 def random_rooms(
@@ -883,10 +884,11 @@ class Map(_Managed):
             "until": until,
             "at_most": at_most,
             "memory": memory,
+            "threads": threads,
         }
         places = [] if receivers is None else [_receiver(**point) for point in _points(receivers, "receiver")]
         with _Text(progress) as follower:
-            return Response(self._inner.render(places, _LOGGER.log, threads, follower, **keywords))
+            return Response(self._inner.render(places, _LOGGER.log, follower, **keywords))
 
     def refine(self, receivers: _Points | None = None, **options: Any) -> Iterator[Response]:
         """Renders as `render` does, again and again, each time with twice the batches.
