@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 import tarfile
+import types
 from pathlib import Path
 
 import numpy as np
@@ -74,9 +75,61 @@ def test_boxes_and_objects_take_their_volume_and_have_their_materials():
         (lambda: room.add_box([1, 1], [2, 2, 1]), "low is"),
         (lambda: room.add_box([1, 1, 0], [2, 2, 1], "no-such-wood"), "no-such-wood"),
         (lambda: room.add_object(([[0, 0, 0]], [[0, 1, 2]])), "1 vertices, counted from 0"),
+        (lambda: room.add_object((corners, [[0, 1.5, 2]])), r"faces\[0\] of the mesh is"),
+        (lambda: room.add_object((corners, faces), at=[5, 3, 0]), "the mesh from .* leaves the room"),
+        (lambda: room.add_box([2.2, 1.1, 0], [3, 1.2, 1]), r"overlaps another from \[2, 1, 0\] to \[2.5, 1.8, 0.7\] m"),
+        (lambda: room.add_box([6, 1, 0], [7, 2, 1]), "has no volume in the room"),
     ]:
         with pytest.raises(sonel.Error, match=message):
             work()
+
+
+def test_a_box_through_a_wall_of_a_shoebox_ends_there():
+    assert shoebox().add_box([-1, 1, -1], [0.5, 2, 1]).room == shoebox().add_box([0, 1, 0], [0.5, 2, 1]).room
+
+
+def test_sides_of_a_shoebox_keep_their_names_with_furniture_in_it():
+    changed, furniture = {"x0": 0.9, "walls": 0.3}, ([2, 1, 0], [3, 2, 0.8], 0.1)
+    room = shoebox().add_box(*furniture).with_materials(changed)
+    assert areas(room) == areas(shoebox().with_materials(changed).add_box(*furniture))
+    assert areas(room)["x0"] == pytest.approx(12.0)
+    with pytest.raises(sonel.Error, match="no face is of the material 'x9'"):
+        room.with_materials({"x9": 0.5})
+
+
+def test_objects_are_placed_in_metres_whatever_the_unit_of_the_mesh():
+    box = types.SimpleNamespace(
+        vertices=[[x, y, z] for x in (0, 6) for y in (0, 4) for z in (0, 3)],
+        faces=[[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]],
+    )
+    in_metres = sonel.Scene.from_mesh(box, materials=0.2, sources=[1, 1, 1.5])
+    room = sonel.Scene.from_mesh(1000 * np.array(box.vertices), box.faces, 0.2, sources=[1, 1, 1.5], mesh_unit="mm")
+    for scene in (in_metres, room):
+        assert scene.add_box([3, 1, 0], [4, 2, 1]).room["volume_m3"] == pytest.approx(71.0)
+        with pytest.raises(sonel.Error, match="the box from .* leaves the room"):
+            scene.add_box([3, 1, -1], [4, 2, 1])
+    ground = sonel.Scene.from_mesh(box.vertices, box.faces[4:5], 0.2, sources=[1, 1, 1.5], duration_s=0.2)
+    assert "wood-50mm" in ground.add_box([3, 1, 0], [4, 2, 1], "wood-50mm").materials, "in the open nothing ends"
+
+
+@pytest.mark.parametrize(
+    ("work", "message"),
+    [
+        (lambda: sonel.random_rooms(2.5), "count is 2.5"),
+        (lambda: sonel.random_rooms(1, seed=None), "seed is None"),
+        (lambda: sonel.random_rooms(1, t60=0.5), "t60 is 0.5: give the shortest and the longest"),
+        (lambda: sonel.random_rooms(1, t60=(0.8, 0.2)), "t60 is"),
+        (lambda: sonel.random_rooms(1, t60=(np.nan, 1)), "t60 is"),
+        (lambda: sonel.random_rooms(1, size=[[3, 3, 3], [4, 4, np.inf]]), "size is"),
+        (lambda: sonel.random_rooms(1, furniture=3), "furniture is 3"),
+        (lambda: sonel.random_rooms(1, materials=0.3), "materials is not a key"),
+        (lambda: shoebox().absorption_for("x"), "t60 is 'x'"),
+        (lambda: shoebox().absorption_for([0.5] * 7), "one for each of 8 bands"),
+    ],
+)
+def test_bad_input_names_its_argument(work, message):
+    with pytest.raises(sonel.Error, match=message):
+        work()
 
 
 def test_absorption_is_found_for_a_reverberation_time():
