@@ -125,6 +125,12 @@ def test_objects_are_placed_in_metres_whatever_the_unit_of_the_mesh():
         (lambda: sonel.random_rooms(1, materials=0.3), "materials is not a key"),
         (lambda: shoebox().absorption_for("x"), "t60 is 'x'"),
         (lambda: shoebox().absorption_for([0.5] * 7), "one for each of 8 bands"),
+        (lambda: sonel.dataset(shoebox(), "."), "rooms is <sonel.Scene"),
+        (lambda: sonel.dataset([shoebox()], ".", early=-1), "early is -1"),
+        (lambda: sonel.dataset([shoebox()], ".", workers=-1), "workers is -1"),
+        (lambda: sonel.dataset([shoebox()], ".", shards=1), "shards is 1"),
+        (lambda: sonel.dataset([shoebox()], ".", seed=2**64), "seed is"),
+        (lambda: sonel.dataset([shoebox()], ".", trace={"threads": 2}), "trace has no option 'threads'"),
     ],
 )
 def test_bad_input_names_its_argument(work, message):
@@ -184,6 +190,30 @@ def test_a_data_set_has_the_same_bytes_for_any_number_of_workers_and_goes_on(tmp
         sonel.dataset(rooms, tmp_path / "b", **{**options, "microphones": None})
 
 
+def test_rooms_are_checked_before_the_work(tmp_path):
+    silent = sonel.Scene.shoebox([5, 4, 3], 0.2, sources=[1, 1, 1.5])
+    octave = shoebox(bands={"center_frequencies_hz": [500, 1000]})
+    for strange, message in ((silent, r"rooms\[1\] has no receivers"), (octave, r"rooms\[1\] has the bands \[500.0, 1000.0\] Hz")):
+        with pytest.raises(sonel.Error, match=message):
+            sonel.dataset([shoebox(), strange], tmp_path / "a", **QUICK)
+        assert not (tmp_path / "a").exists()
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "dataset.json").write_text("of a run that has written no shard")
+    assert len(sonel.dataset([shoebox()], tmp_path / "a", **QUICK)) == 1
+
+
+def test_a_data_set_that_is_stopped_ends_at_the_next_room(tmp_path):
+    steps = []
+
+    def stopped(*_):
+        steps.append(1)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sonel.dataset(sonel.random_rooms(12, **ROOMS), tmp_path, workers=2, shard_size=6, **{**QUICK, "progress": stopped})
+    assert len(steps) <= 2, "the other worker ends at its next room"
+
+
 def test_labels_are_those_of_the_response(tmp_path):
     rooms = [room for room in sonel.random_rooms(2, **ROOMS)]
     [path] = sonel.dataset(rooms, tmp_path / "npz", microphones=ARRAY, **QUICK)
@@ -191,7 +221,8 @@ def test_labels_are_those_of_the_response(tmp_path):
     map = sonel.trace(rooms[1], duration=1.2 * max(b["sabine_s"] for b in rooms[1].room["bands"]), **QUICK["trace"])
     response = map.render(**QUICK["render"])
     assert rows["ir"].shape[:2] == (2, 2) and rows["ir"].dtype == np.float32
-    samples = response.impulse_responses(array=ARRAY, sample_rate=16_000, seed=map.seed + 1)[0, 0]
+    seed = int(np.random.SeedSequence([map.seed, 1]).generate_state(1, np.uint64)[0] >> 1)
+    samples = response.impulse_responses(array=ARRAY, sample_rate=16_000, seed=seed)[0, 0]
     np.testing.assert_array_equal(rows["ir"][1, :, : rows["samples"][1]], samples)
     np.testing.assert_array_equal(rows["t30_s_low"][1], response.parameters()["t30_s_low"][0, 0])
     np.testing.assert_array_equal(rows["speech_transmission_index"][1], response.speech_transmission_index()[0, 0])
