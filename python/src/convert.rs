@@ -196,9 +196,10 @@ impl<'py> Keywords<'py> {
         let whole =
             plain(&given)?.extract().ok().or_else(|| parse_count(&given.str().ok()?.to_string()).ok());
         let whole = whole.and_then(|whole: u64| T::try_from(whole).ok());
+        let most = u64::MAX >> (64 - 8 * size_of::<T>());
         whole
             .map(Some)
-            .ok_or_else(|| refused(format!("`{name}` is {given}: give a whole number of at least 0")))
+            .ok_or_else(|| refused(format!("`{name}` is {given}: give a whole number from 0 to {most}")))
     }
 
     /// A time [s], also as a text such as `5min`.

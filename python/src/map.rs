@@ -27,12 +27,11 @@ pub struct Map {
 
 /// Traces `scene` with keywords that are the fields of `sonel::TraceOptions`.
 #[pyfunction]
-#[pyo3(signature = (scene, log, threads=None, progress=None, **keywords))]
+#[pyo3(signature = (scene, log, progress=None, **keywords))]
 pub fn trace(
     py: Python<'_>,
     scene: &Bound<'_, Scene>,
     log: Bound<'_, PyAny>,
-    threads: Option<usize>,
     progress: Option<Bound<'_, PyAny>>,
     keywords: Option<Bound<'_, PyDict>>,
 ) -> PyResult<Map> {
@@ -54,7 +53,7 @@ pub fn trace(
     };
     let scene = Arc::clone(&scene.get().scene);
     let extended = k.class::<Map>("extend")?.map(|map| Arc::clone(&map.get().map));
-    work(py, &Followers { progress, log }, threads, move |observer: &dyn Observer| {
+    work(py, &Followers { progress, log: Some(log) }, k.whole("threads")?, move |observer: &dyn Observer| {
         let options = TraceOptions { extend: extended.as_deref(), ..options };
         let traced = scene.trace(&options, observer)?;
         // Whoever was interrupted does not want it any more.
@@ -101,27 +100,32 @@ impl Map {
     }
 
     /// Renders at `receivers` with keywords that are the fields of `sonel::RenderOptions`.
-    #[pyo3(signature = (receivers, log, threads=None, progress=None, **keywords))]
+    #[pyo3(signature = (receivers, log, progress=None, **keywords))]
     fn render(
         &self,
         py: Python<'_>,
         receivers: Vec<Receiver>,
         log: Bound<'_, PyAny>,
-        threads: Option<usize>,
         progress: Option<Bound<'_, PyAny>>,
         keywords: Option<Bound<'_, PyDict>>,
     ) -> PyResult<Response> {
-        let options = render_options(&Keywords(keywords.unwrap_or_else(|| PyDict::new(py))))?;
+        let k = Keywords(keywords.unwrap_or_else(|| PyDict::new(py)));
+        let options = render_options(&k)?;
         let receivers = receivers.into_iter().map(receiver).collect::<PyResult<Vec<_>>>()?;
         let map = Arc::clone(&self.map);
-        work(py, &Followers { progress, log }, threads, move |observer: &dyn Observer| {
-            let rendered = map.render(&receivers, &options, observer)?;
-            for warning in &rendered.warnings {
-                let _ = observer.message(Severity::Warning, warning);
-            }
-            let report = rendered.report(rendered.seconds());
-            Ok(Response::of(rendered.response, Some(report)))
-        })
+        work(
+            py,
+            &Followers { progress, log: Some(log) },
+            k.whole("threads")?,
+            move |observer: &dyn Observer| {
+                let rendered = map.render(&receivers, &options, observer)?;
+                for warning in &rendered.warnings {
+                    let _ = observer.message(Severity::Warning, warning);
+                }
+                let report = rendered.report(rendered.seconds());
+                Ok(Response::of(rendered.response, Some(report)))
+            },
+        )
     }
 
     /// The file that it was loaded from.

@@ -12,7 +12,8 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use sonel::{
-    AbsorptionUncertainty, Channels, Head, Microphone, Path, SPACINGS, SoundOptions, Waypoint, microphone,
+    AbsorptionUncertainty, Channels, Head, Microphone, Observer, Path, SPACINGS, SoundOptions, Waypoint,
+    microphone,
 };
 use sonel_analysis::modulation::Talk;
 use sonel_analysis::receiver::parameters_of;
@@ -23,7 +24,7 @@ use sonel_echogram::{LATERAL_KEYS, ReceiverDirectivity, Response as Echograms};
 
 use crate::convert::{Receiver, object, octaves, receiver, refused};
 use crate::error;
-use crate::work::{Followers, on_all_cores, work};
+use crate::work::{Followers, silent_work, work};
 
 /// Echograms of every source at every receiver.
 #[pyclass(frozen, module = "sonel._sonel")]
@@ -94,28 +95,12 @@ impl Response {
         Some(Array::of(owner, values, shape))
     }
 
-    /// Impulse responses of all sources at all receivers: one channel, or those of ambisonics of an order, those of a head in a SOFA file, or the
-    /// microphones of an array.
-    fn sound(
-        &self,
-        order: Option<u32>,
-        head: Option<&[u8]>,
-        array: Option<&[Microphone]>,
-        options: SoundOptions,
-    ) -> sonel::Result<Array> {
-        let head = head.map(|file| Head::read(file, options.sample_rate_hz)).transpose()?;
-        let channels = match (order, &head, array) {
-            (Some(order), _, _) => Channels::Ambisonics(order),
-            (None, Some(head), _) => Channels::Ears(head),
-            (None, None, Some(microphones)) => Channels::Array(microphones),
-            (None, None, None) => Channels::Single,
-        };
-        let all = self.response.impulse_responses(channels, options)?;
+    /// Channels of sources, or of sources at receivers, with `pairs` in front of their shape.
+    fn samples(pairs: &[usize], all: Vec<Vec<Vec<f32>>>) -> Array {
         let (channels, samples) =
             all.first().map_or((0, 0), |pair| (pair.len(), pair.first().map_or(0, Vec::len)));
         let values: Arc<Vec<f32>> = Arc::new(all.into_iter().flatten().flatten().collect());
-        let shape = [self.echograms().sources(), self.echograms().receivers(), channels, samples];
-        Ok(Array::of(Arc::<Vec<f32>>::clone(&values), &values, &shape))
+        Array::of(Arc::<Vec<f32>>::clone(&values), &values, &[pairs, &[channels, samples]].concat())
     }
 
     /// The array that docs/formats/response.md calls `key`.
@@ -231,7 +216,7 @@ impl Response {
         }
         let talk = noise.map(|noise_level_db| Talk { power_level_db: speech, noise_level_db });
         let response = Arc::clone(&self.response);
-        let json = work(py, &Followers { progress: None, log }, None, move |observer| {
+        let json = work(py, &Followers { progress: None, log: Some(log) }, None, move |observer| {
             let echograms = response.echograms();
             let mut rows = parameters_of(echograms, talk.as_ref());
             if let Some((map, uncertain)) = materials {
@@ -305,7 +290,18 @@ impl Response {
         let options = SoundOptions { seed, sample_rate_hz, is_matched };
         let (order, head, array) = channels;
         let array = array.map(microphones).transpose()?;
-        on_all_cores(py, || self.sound(order, head.as_deref(), array.as_deref(), options))?.map_err(error)
+        let response = Arc::clone(&self.response);
+        let all = silent_work(py, move |observer: &dyn Observer| {
+            let head = head.map(|file| Head::read(&file, sample_rate_hz)).transpose()?;
+            let channels = match (order, &head, &array) {
+                (Some(order), _, _) => Channels::Ambisonics(order),
+                (None, Some(head), _) => Channels::Ears(head),
+                (None, None, Some(microphones)) => Channels::Array(microphones),
+                (None, None, None) => Channels::Single,
+            };
+            response.impulse_responses(channels, options, observer)
+        })?;
+        Ok(Self::samples(&[self.echograms().sources(), self.echograms().receivers()], all))
     }
 
     /// What a listener hears of a `signal` of f64 in bytes along a path of times and positions: [S, channels, samples].
@@ -325,21 +321,16 @@ impl Response {
             signal.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes) as f32).collect();
         let (order, array) = channels;
         let array = array.map(microphones).transpose()?;
-        let channels = match (order, &array) {
-            (Some(order), _) => Channels::Ambisonics(order),
-            (None, Some(microphones)) => Channels::Array(microphones),
-            (None, None) => Channels::Single,
-        };
-        let walk = || self.response.walk((&path, spacing), channels, &signal, options);
-        let all = on_all_cores(py, walk)?.map_err(error)?;
-        let (channels, samples) =
-            all.first().map_or((0, 0), |all| (all.len(), all.first().map_or(0, Vec::len)));
-        let values: Arc<Vec<f32>> = Arc::new(all.into_iter().flatten().flatten().collect());
-        Ok(Array::of(
-            Arc::<Vec<f32>>::clone(&values),
-            &values,
-            &[self.echograms().sources(), channels, samples],
-        ))
+        let response = Arc::clone(&self.response);
+        let all = silent_work(py, move |observer: &dyn Observer| {
+            let channels = match (order, &array) {
+                (Some(order), _) => Channels::Ambisonics(order),
+                (None, Some(microphones)) => Channels::Array(microphones),
+                (None, None) => Channels::Single,
+            };
+            response.walk((&path, spacing), channels, &signal, options, observer)
+        })?;
+        Ok(Self::samples(&[self.echograms().sources()], all))
     }
 
     /// All sources as one, with gains [dB] and delays [s] of the scene where none are given.

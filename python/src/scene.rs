@@ -6,11 +6,11 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sonel::checkup::{report, room};
-use sonel::{Document, Observer, PolygonMesh, Silent};
+use sonel::{Document, Observer, PolygonMesh};
 
 use crate::convert::{object, refused, value};
 use crate::error;
-use crate::work::{Followers, on_all_cores, work};
+use crate::work::{Followers, silent_work, work};
 
 /// A scene that was read and is valid.
 #[pyclass(frozen, module = "sonel._sonel")]
@@ -44,7 +44,7 @@ impl Scene {
     /// The scene in a file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, log: Bound<'_, PyAny>) -> PyResult<Self> {
-        work(py, &Followers { progress: None, log }, None, move |observer: &dyn Observer| {
+        work(py, &Followers { progress: None, log: Some(log) }, None, move |observer: &dyn Observer| {
             Ok(Self { scene: Arc::new(sonel::Scene::load(&path, observer)?) })
         })
     }
@@ -60,7 +60,7 @@ impl Scene {
     ) -> PyResult<Self> {
         let entries = keys.iter().map(|(key, given)| Ok((key.str()?.to_string(), value(&given)?)));
         let document = Document::new(entries.collect::<PyResult<Vec<_>>>()?, polygons.map(mesh).transpose()?);
-        work(py, &Followers { progress: None, log }, None, move |observer: &dyn Observer| {
+        work(py, &Followers { progress: None, log: Some(log) }, None, move |observer: &dyn Observer| {
             Ok(Self { scene: Arc::new(sonel::Scene::from_document(document, observer)?) })
         })
     }
@@ -68,20 +68,20 @@ impl Scene {
     /// The report of `sonel-trace check --json` on the scene of a file.
     #[staticmethod]
     fn check_file(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
-        let check = || sonel::check_file(&path, &Silent).map(|(checkup, _)| report(&checkup));
-        object(py, &on_all_cores(py, check)?.map_err(error)?)
+        let check = move |observer: &dyn Observer| Ok(report(&sonel::check_file(&path, observer)?.0));
+        object(py, &silent_work(py, check)?)
     }
 
     /// The report of `sonel-trace check --json`.
     fn check<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let check = || self.scene.check().map(|checkup| report(&checkup));
-        object(py, &on_all_cores(py, check)?.map_err(error)?)
+        let scene = Arc::clone(&self.scene);
+        object(py, &silent_work(py, move |_| Ok(report(&scene.check()?)))?)
     }
 
     /// Sizes, areas and statistical times of that report, in a tenth of its time.
     fn room<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let check = || self.scene.check().map(|checkup| room(&checkup));
-        object(py, &on_all_cores(py, check)?.map_err(error)?)
+        let scene = Arc::clone(&self.scene);
+        object(py, &silent_work(py, move |_| Ok(room(&scene.check()?)))?)
     }
 
     /// The text of the scene file.

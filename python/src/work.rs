@@ -1,10 +1,11 @@
 //! Long work beside Python: on a thread of its own, while the calling thread lets other Python threads run, passes on what
 //! is said of the work, and looks whether somebody interrupts it.
 //!
-//! Work that is interrupted ends when it next speaks, and no file is left.
+//! Work that is interrupted ends at its next step, and no file is left.
 
 use std::ops::ControlFlow;
 use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -21,11 +22,12 @@ use crate::error;
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// Who in Python hears of the work.
+#[derive(Default)]
 pub struct Followers<'py> {
     /// Called with what is being done and its share that is done.
     pub progress: Option<Bound<'py, PyAny>>,
     /// Called with the level of `logging` and the text of what is said.
-    pub log: Bound<'py, PyAny>,
+    pub log: Option<Bound<'py, PyAny>>,
 }
 
 /// What the thread that works says.
@@ -46,12 +48,14 @@ pub fn work<T: Send + 'static>(
     job: impl FnOnce(&dyn Observer) -> sonel::Result<T> + Send + 'static,
 ) -> PyResult<T> {
     let (sender, mut news) = channel();
+    let wanted = Arc::new(AtomicBool::new(true));
+    let _unwanted = Unwanted(Arc::clone(&wanted));
     let pool = match threads {
         Some(threads) => Arc::new(ThreadPoolBuilder::new().num_threads(threads).build().map_err(error)?),
         None => pool()?,
     };
     let worker = thread::Builder::new().name("sonel".to_owned()).spawn(move || {
-        let reporter = Reporter { sender: &sender, watch: Stopwatch::start() };
+        let reporter = Reporter { sender: &sender, wanted: &wanted, watch: Stopwatch::start() };
         let result = pool.install(|| job(&reporter));
         // Whoever was interrupted does not want it any more.
         let _ = sender.send(WorkMessage::Done(result));
@@ -69,7 +73,9 @@ pub fn work<T: Send + 'static>(
                 }
             }
             Ok(WorkMessage::Said(severity, text)) => {
-                followers.log.call1((level(severity), text))?;
+                if let Some(log) = &followers.log {
+                    log.call1((level(severity), text))?;
+                }
             }
             Ok(WorkMessage::Done(result)) => return result.map_err(error),
             Err(RecvTimeoutError::Timeout) => {}
@@ -82,13 +88,24 @@ pub fn work<T: Send + 'static>(
     }
 }
 
-/// Runs a `job` that says nothing and cannot be interrupted, on all cores.
+/// Runs a `job` that says nothing, on all cores.
 ///
 /// # Errors
-/// When the threads cannot be started.
-pub fn on_all_cores<T: Send>(py: Python<'_>, job: impl FnOnce() -> T + Send) -> PyResult<T> {
-    let pool = pool()?;
-    Ok(py.detach(|| pool.install(job)))
+/// As [`work`].
+pub fn silent_work<T: Send + 'static>(
+    py: Python<'_>,
+    job: impl FnOnce(&dyn Observer) -> sonel::Result<T> + Send + 'static,
+) -> PyResult<T> {
+    work(py, &Followers::default(), None, job)
+}
+
+/// Tells the work, when dropped, that nobody waits for it any more.
+struct Unwanted(Arc<AtomicBool>);
+
+impl Drop for Unwanted {
+    fn drop(&mut self) {
+        self.0.store(false, Ordering::Relaxed);
+    }
 }
 
 /// Threads on all cores, kept between calls with the process that started them: a forked process has none of its parent's threads.
@@ -119,6 +136,7 @@ fn level(severity: Severity) -> u8 {
 /// Sends what is said of the work to the calling thread; stops the work that nobody waits for any more.
 struct Reporter<'a, T> {
     sender: &'a Sender<WorkMessage<T>>,
+    wanted: &'a AtomicBool,
     watch: Stopwatch,
 }
 
@@ -131,6 +149,10 @@ impl<T> Reporter<'_, T> {
 impl<T: Send> Observer for Reporter<'_, T> {
     fn progress(&self, step: &str, share: f64) -> ControlFlow<()> {
         self.send(WorkMessage::Progress(step.to_owned(), share))
+    }
+
+    fn go_on(&self) -> ControlFlow<()> {
+        if self.wanted.load(Ordering::Relaxed) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }
 
     fn message(&self, severity: Severity, text: &str) -> ControlFlow<()> {

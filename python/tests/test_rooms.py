@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 import tarfile
+import types
 from pathlib import Path
 
 import numpy as np
@@ -74,9 +75,67 @@ def test_boxes_and_objects_take_their_volume_and_have_their_materials():
         (lambda: room.add_box([1, 1], [2, 2, 1]), "low is"),
         (lambda: room.add_box([1, 1, 0], [2, 2, 1], "no-such-wood"), "no-such-wood"),
         (lambda: room.add_object(([[0, 0, 0]], [[0, 1, 2]])), "1 vertices, counted from 0"),
+        (lambda: room.add_object((corners, [[0, 1.5, 2]])), r"faces\[0\] of the mesh is"),
+        (lambda: room.add_object((corners, faces), at=[5, 3, 0]), "the mesh from .* leaves the room"),
+        (lambda: room.add_box([2.2, 1.1, 0], [3, 1.2, 1]), r"overlaps another from \[2, 1, 0\] to \[2.5, 1.8, 0.7\] m"),
+        (lambda: room.add_box([6, 1, 0], [7, 2, 1]), "has no volume in the room"),
     ]:
         with pytest.raises(sonel.Error, match=message):
             work()
+
+
+def test_a_box_through_a_wall_of_a_shoebox_ends_there():
+    assert shoebox().add_box([-1, 1, -1], [0.5, 2, 1]).room == shoebox().add_box([0, 1, 0], [0.5, 2, 1]).room
+
+
+def test_sides_of_a_shoebox_keep_their_names_with_furniture_in_it():
+    changed, furniture = {"x0": 0.9, "walls": 0.3}, ([2, 1, 0], [3, 2, 0.8], 0.1)
+    room = shoebox().add_box(*furniture).with_materials(changed)
+    assert areas(room) == areas(shoebox().with_materials(changed).add_box(*furniture))
+    assert areas(room)["x0"] == pytest.approx(12.0)
+    with pytest.raises(sonel.Error, match="no face is of the material 'x9'"):
+        room.with_materials({"x9": 0.5})
+
+
+def test_objects_are_placed_in_metres_whatever_the_unit_of_the_mesh():
+    box = types.SimpleNamespace(
+        vertices=[[x, y, z] for x in (0, 6) for y in (0, 4) for z in (0, 3)],
+        faces=[[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]],
+    )
+    in_metres = sonel.Scene.from_mesh(box, materials=0.2, sources=[1, 1, 1.5])
+    room = sonel.Scene.from_mesh(1000 * np.array(box.vertices), box.faces, 0.2, sources=[1, 1, 1.5], mesh_unit="mm")
+    for scene in (in_metres, room):
+        assert scene.add_box([3, 1, 0], [4, 2, 1]).room["volume_m3"] == pytest.approx(71.0)
+        with pytest.raises(sonel.Error, match="the box from .* leaves the room"):
+            scene.add_box([3, 1, -1], [4, 2, 1])
+    ground = sonel.Scene.from_mesh(box.vertices, box.faces[4:5], 0.2, sources=[1, 1, 1.5], duration_s=0.2)
+    assert "wood-50mm" in ground.add_box([3, 1, 0], [4, 2, 1], "wood-50mm").materials, "in the open nothing ends"
+
+
+@pytest.mark.parametrize(
+    ("work", "message"),
+    [
+        (lambda: sonel.random_rooms(2.5), "count is 2.5"),
+        (lambda: sonel.random_rooms(1, seed=None), "seed is None"),
+        (lambda: sonel.random_rooms(1, t60=0.5), "t60 is 0.5: give the shortest and the longest"),
+        (lambda: sonel.random_rooms(1, t60=(0.8, 0.2)), "t60 is"),
+        (lambda: sonel.random_rooms(1, t60=(np.nan, 1)), "t60 is"),
+        (lambda: sonel.random_rooms(1, size=[[3, 3, 3], [4, 4, np.inf]]), "size is"),
+        (lambda: sonel.random_rooms(1, furniture=3), "furniture is 3"),
+        (lambda: sonel.random_rooms(1, materials=0.3), "materials is not a key"),
+        (lambda: shoebox().absorption_for("x"), "t60 is 'x'"),
+        (lambda: shoebox().absorption_for([0.5] * 7), "one for each of 8 bands"),
+        (lambda: sonel.dataset(shoebox(), "."), "rooms is <sonel.Scene"),
+        (lambda: sonel.dataset([shoebox()], ".", early=-1), "early is -1"),
+        (lambda: sonel.dataset([shoebox()], ".", workers=-1), "workers is -1"),
+        (lambda: sonel.dataset([shoebox()], ".", shards=1), "shards is 1"),
+        (lambda: sonel.dataset([shoebox()], ".", seed=2**64), "seed is"),
+        (lambda: sonel.dataset([shoebox()], ".", trace={"threads": 2}), "trace has no option 'threads'"),
+    ],
+)
+def test_bad_input_names_its_argument(work, message):
+    with pytest.raises(sonel.Error, match=message):
+        work()
 
 
 def test_absorption_is_found_for_a_reverberation_time():
@@ -131,6 +190,30 @@ def test_a_data_set_has_the_same_bytes_for_any_number_of_workers_and_goes_on(tmp
         sonel.dataset(rooms, tmp_path / "b", **{**options, "microphones": None})
 
 
+def test_rooms_are_checked_before_the_work(tmp_path):
+    silent = sonel.Scene.shoebox([5, 4, 3], 0.2, sources=[1, 1, 1.5])
+    octave = shoebox(bands={"center_frequencies_hz": [500, 1000]})
+    for strange, message in ((silent, r"rooms\[1\] has no receivers"), (octave, r"rooms\[1\] has the bands \[500.0, 1000.0\] Hz")):
+        with pytest.raises(sonel.Error, match=message):
+            sonel.dataset([shoebox(), strange], tmp_path / "a", **QUICK)
+        assert not (tmp_path / "a").exists()
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "dataset.json").write_text("of a run that has written no shard")
+    assert len(sonel.dataset([shoebox()], tmp_path / "a", **QUICK)) == 1
+
+
+def test_a_data_set_that_is_stopped_ends_at_the_next_room(tmp_path):
+    steps = []
+
+    def stopped(*_):
+        steps.append(1)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sonel.dataset(sonel.random_rooms(12, **ROOMS), tmp_path, workers=2, shard_size=6, **{**QUICK, "progress": stopped})
+    assert len(steps) <= 2, "the other worker ends at its next room"
+
+
 def test_labels_are_those_of_the_response(tmp_path):
     rooms = [room for room in sonel.random_rooms(2, **ROOMS)]
     [path] = sonel.dataset(rooms, tmp_path / "npz", microphones=ARRAY, **QUICK)
@@ -138,7 +221,8 @@ def test_labels_are_those_of_the_response(tmp_path):
     map = sonel.trace(rooms[1], duration=1.2 * max(b["sabine_s"] for b in rooms[1].room["bands"]), **QUICK["trace"])
     response = map.render(**QUICK["render"])
     assert rows["ir"].shape[:2] == (2, 2) and rows["ir"].dtype == np.float32
-    samples = response.impulse_responses(array=ARRAY, sample_rate=16_000, seed=map.seed + 1)[0, 0]
+    seed = int(np.random.SeedSequence([map.seed, 1]).generate_state(1, np.uint64)[0] >> 1)
+    samples = response.impulse_responses(array=ARRAY, sample_rate=16_000, seed=seed)[0, 0]
     np.testing.assert_array_equal(rows["ir"][1, :, : rows["samples"][1]], samples)
     np.testing.assert_array_equal(rows["t30_s_low"][1], response.parameters()["t30_s_low"][0, 0])
     np.testing.assert_array_equal(rows["speech_transmission_index"][1], response.speech_transmission_index()[0, 0])

@@ -140,7 +140,7 @@ def test_a_response_has_the_bytes_of_the_programs(room, mapped, tmp_path, option
 def test_a_grid_of_arrays_is_that_of_its_text(room):
     given = [np.linspace(2, 8, 3), [3.0], 1.5]
     assert room.render(grid=given, rays=64).receivers == room.render(grid="2:8:3,3,1.5", rays=64).receivers
-    for grid, message in [([1, 2], "2 axes"), ([[1, 2, 4], 3, 1], "not evenly spaced")]:
+    for grid, message in [([1, 2], "three axes"), ([["a"], 1, 1], "an axis of grid is"), ([[1, 2, 4], 3, 1], "not evenly spaced")]:
         with pytest.raises(sonel.Error, match=message):
             room.render(grid=grid)
 
@@ -197,11 +197,14 @@ def test_a_forked_process_has_threads_of_its_own(mapped):
     assert found == shape
 
 
-def test_maps_travel_by_their_path(room, mapped):
+def test_maps_travel_by_their_path(mapped, tmp_path):
     loaded = sonel.Map.load(mapped)
     assert pickle.loads(pickle.dumps(loaded)).digest == copy.deepcopy(loaded).digest == loaded.digest
+    fresh = sonel.trace(sonel.Scene.load(SHOEBOX), packets=50)
     with pytest.raises(TypeError, match="save it"):
-        pickle.dumps(room)
+        pickle.dumps(fresh)
+    fresh.save(tmp_path / "fresh.sonelmap")
+    assert pickle.loads(pickle.dumps(fresh)).digest == fresh.digest
 
 
 def test_receivers_with_directivity_are_those_of_the_programs(room, mapped, tmp_path):
@@ -427,9 +430,15 @@ def test_bad_files_get_the_message_of_the_program(mapped, tmp_path):
     [
         (lambda room: room.render([0, 0, 0]), "0 m from a surface"),
         (lambda room: room.render([[1, 2]]), "shape"),
-        (lambda room: room.render({"a": [1, 2, "x"]}), "three numbers"),
+        (lambda room: room.render({"a": [1, 2, "x"]}), "three finite numbers"),
+        (lambda room: room.render(np.empty((0, 3))), "receivers is empty"),
+        (lambda room: room.render({}), "receivers is empty"),
+        (lambda room: room.render(SEATS, threads=-1), "`threads` is -1"),
+        (lambda room: next(room.refine(SEATS, until="t30<1%")), "refine has no option 'until'"),
+        (lambda room: room.walk([[0, 1, 1, 1]], [1.0], sample_rate="16000"), "sample_rate is '16000': .* from 8000 to 192000 Hz"),
+        (lambda _: sonel.trace("scene.toml"), "scene is 'scene.toml': give a sonel.Scene"),
         (lambda room: room.render({"": [1, 2, 1]}), "empty name"),
-        (lambda room: room.render([1, 2, np.nan]), "not finite"),
+        (lambda room: room.render([1, 2, np.nan]), "finite numbers"),
         (lambda room: room.render(SEATS, set={"materials.roof.absorption": 0.1}), "it has"),
         (lambda room: room.render(SEATS, set={"materials.walls.absorption": 2}), "outside 0 … 1"),
         (lambda _: cube(face_materials=["plaster"]), "1 names and faces has 6"),
@@ -437,9 +446,12 @@ def test_bad_files_get_the_message_of_the_program(mapped, tmp_path):
         (lambda _: cube(sources=[9, 9, 9]), "outside the room"),
         (lambda _: cube(pitch=3), "pitch: unknown key"),
         (lambda _: cube(name=object()), "texts, numbers"),
-        (lambda _: sonel.Scene.from_mesh([[0, 0, 0]] * 3, [[0, 1, -1]], 0.1, sources=[1, 1, 1]), "no vertex -1"),
+        (lambda _: sonel.Scene.from_mesh([[0, 0, 0]] * 3, [[0, 1, -1]], 0.1, sources=[1, 1, 1]), "vertices, counted from 0"),
         (lambda _: sonel.Scene.from_mesh([[0, 0]], [[0, 0, 0]], 0.1, sources=[1, 1, 1]), "shape"),
         (lambda _: sonel.Scene.from_mesh([[0, 0, 0]], [[0.5, 1, 2]], 0.1, sources=[1, 1, 1]), "indices"),
+        (lambda _: sonel.Scene.from_mesh([[0, 0, 0]], [], 0.1, sources=[1, 1, 1]), "faces are none"),
+        (lambda _: sonel.Scene.from_mesh([[0, 0, 0]] * 3, [[0, 1, 2], []], 0.1, sources=[1, 1, 1]), r"faces\[1\] is \[\]"),
+        (lambda _: sonel.Scene.from_mesh([[0, 0, 0]], [[0, 0, np.nan]], 0.1, sources=[1, 1, 1]), r"faces\[0\]"),
         (lambda _: sonel.Scene.from_mesh([[0, 0, 0]], [[0, 0, 0]], {"a\nb": 0.1}, sources=[1, 1, 1]), "rename"),
     ],
 )  # fmt: skip
@@ -504,17 +516,33 @@ def test_what_progress_raises_ends_the_work(scene, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == [], "a map that is not finished leaves no file"
 
 
-@pytest.mark.parametrize("stage", ["trace", "render"])
-def test_an_interruption_ends_the_work(scene, room, stage):
+@pytest.mark.parametrize("stage", ["trace", "render", "impulse_responses", "walk"])
+def test_an_interruption_ends_the_work(scene, room, stage, monkeypatch):
     def interrupted(*_):
         signal.raise_signal(signal.SIGINT)
+
+    def interrupted_soon(*_):
+        threading.Timer(0.2, interrupted).start()
+
+    if stage == "impulse_responses":
+        many = room.render(grid="1:9:8,1:6:8,1.5", rays=64)
+    if stage == "walk":
+        path = [[0, 1, 1, 1.5], [10, 9, 6, 1.5]]
+        places = room.render(dict(_sonel.places(path, 0.25)), rays=64)
+        monkeypatch.setattr(room, "render", lambda *_, **__: places)
 
     def work():
         with pytest.raises(KeyboardInterrupt):
             if stage == "trace":
                 sonel.trace(scene, packets=3_000_000, progress=interrupted)
-            else:
+            elif stage == "render":
                 room.render(SEATS, grid="1:9:10,1:6:10,1.5", progress=interrupted)
+            elif stage == "impulse_responses":
+                interrupted_soon()
+                many.impulse_responses(sample_rate=192_000, match=True)
+            else:
+                interrupted_soon()
+                room.walk(path, np.ones(1_000_000), sample_rate=192_000)
 
     # Where a shell starts this in the background, interruptions are ignored.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -84,6 +84,8 @@ pub struct Synthesizer<'a> {
     matching: Option<Matching>,
     table: Table,
     pub(crate) transform: Transform,
+    /// Called between small steps of the work.
+    pub(crate) step: &'a (dyn Fn() + Sync),
 }
 
 impl<'a> Synthesizer<'a> {
@@ -104,7 +106,14 @@ impl<'a> Synthesizer<'a> {
         let waves = vec![OnceLock::new(); response.sources()];
         let transform = Transform::new(length);
         let table = Table::new();
-        Self { response, settings, samples, padding, crossover, waves, matching, table, transform }
+        let step = &|| ();
+        Self { response, settings, samples, padding, crossover, waves, matching, table, transform, step }
+    }
+
+    /// Calls `step` many times a second. It stops the work by unwinding.
+    #[must_use]
+    pub fn with_step(self, step: &'a (dyn Fn() + Sync)) -> Self {
+        Self { step, ..self }
     }
 
     /// Pressure of source `s` at receiver `r` relative to a free field at 1 m, from the emission to the end of the echogram.
@@ -199,7 +208,8 @@ impl<'a> Synthesizer<'a> {
     /// Gains that match the pressure with the response; none where they are not asked for. They are those of the pressure in all channels.
     fn rounds(&self, pulses: &Pulses) -> Vec<Gains> {
         let rounds = |matching: &Matching| {
-            matching.rounds(&self.transform, pulses, self.spectrum(pulses, |_| Filter::gain(&1.0)))
+            let spectrum = self.spectrum(pulses, |_| Filter::gain(&1.0));
+            matching.rounds(&self.transform, pulses, spectrum, self.step)
         };
         self.matching.as_ref().map(rounds).unwrap_or_default()
     }
@@ -221,6 +231,7 @@ impl<'a> Synthesizer<'a> {
         for (matching, gains) in
             self.matching.iter().flat_map(|one| rounds.iter().map(move |gains| (one, gains)))
         {
+            (self.step)();
             spectrum = matching.multiplied(&self.transform, &spectrum, gains);
         }
         self.pressure(spectrum)
@@ -235,6 +246,7 @@ impl<'a> Synthesizer<'a> {
         // All pulses of a shape, and from where on.
         let (mut sum, mut filters) = (Vec::new(), Vec::new());
         for alike in order.chunk_by(|a, b| pulses.shape[*a] == pulses.shape[*b]) {
+            (self.step)();
             filters.clear();
             filters.extend(alike.iter().map(|pulse| filter_of(*pulse)));
             let place = |(pulse, filter): (&usize, &Filter<'_>)| {
@@ -264,6 +276,7 @@ impl<'a> Synthesizer<'a> {
         }
         let mut sum = Vec::new();
         for (band, train) in trains.into_iter().enumerate() {
+            (self.step)();
             let part = through(&self.transform.spectrum(train), self.crossover.gains(band));
             sum.resize(part.len(), Complex::ZERO);
             sum.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);

@@ -62,16 +62,18 @@ impl Matching {
         Self { analysers, crossover, place, window: libm::round(WINDOW * rate) as usize, rate }
     }
 
-    /// Gains of all rounds for the pressure of this spectrum.
+    /// Gains of all rounds for the pressure of this spectrum; `step` is called before each.
     pub(crate) fn rounds(
         &self,
         transform: &Transform,
         pulses: &Pulses,
         mut spectrum: Spectrum,
+        step: &dyn Fn(),
     ) -> Vec<Gains> {
         let expected = self.expected(transform, pulses);
         let mut all: Gains = expected.iter().map(|windows| vec![1.0; windows.len()]).collect();
         let round = |_| {
+            step();
             let found = |analyser: &Vec<f64>| {
                 let signal = transform.signal(through(&spectrum, analyser));
                 self.of_windows(&signal, |sample| sample * sample)

@@ -74,7 +74,7 @@ impl Spot<'_> {
 }
 
 /// What a listener hears of a `signal` that source `s` sends from the first time of the `path` on: one or more channels, each as long as signal and echogram together. The
-/// response is that of the places of the path which are `spacing` apart.
+/// response is that of the places of the path which are `spacing` apart. `step` is that of [`Synthesizer::with_step`].
 ///
 /// # Errors
 /// When the response is one of other places, has no directions where they are needed, or the path leads through a source.
@@ -85,6 +85,7 @@ pub fn walk(
     (path, spacing): (&Path, f64),
     listener: Listener<'_>,
     signal: &[f32],
+    step: &(dyn Fn() + Sync),
 ) -> Result<Vec<Vec<f32>>, SoundError> {
     let (found, expected) = (response.receivers(), path.pieces(spacing) + 1);
     if found != expected {
@@ -103,7 +104,8 @@ pub fn walk(
         }
     };
     let places = (0..found).map(|r| Pulses::of_arrivals(response, (s, r))).collect::<Result<Vec<_>, _>>()?;
-    let synthesizer = Synthesizer::new(response, SoundSettings { is_matched: false, ..settings });
+    let synthesizer =
+        Synthesizer::new(response, SoundSettings { is_matched: false, ..settings }).with_step(step);
     let samples = if signal.is_empty() { 0 } else { signal.len() + synthesizer.samples - 1 };
     let walked = Walk { response, s, path, places, signal, samples, synthesizer };
     let mut sums = walked.early(&spots)?;
@@ -195,6 +197,7 @@ impl Walk<'_> {
         spots: &[Spot<'_>],
         bands: &Bands,
     ) -> Result<Vec<[f64; BLOCK]>, SoundError> {
+        (self.synthesizer.step)();
         // One more, where the next block begins.
         let places: Vec<(DVec3, f64)> = (begin..=begin + BLOCK).map(|sample| self.at(sample)).collect();
         let range = |of: fn(f64, f64) -> f64| places.iter().map(|place| place.1).reduce(of).unwrap_or(0.0);
@@ -264,6 +267,7 @@ impl Walk<'_> {
         let parts: Vec<(usize, Vec<Vec<f64>>)> = numbers
             .into_par_iter()
             .map(|number| {
+                (self.synthesizer.step)();
                 let along = number as f64 * step;
                 let (low, high) = (along - REACH * step, along + REACH * step);
                 let (begin, end) = if steps > 0 { self.heard(low, high) } else { (0, self.samples) };

@@ -16,6 +16,11 @@ pub trait Observer: Sync {
         ControlFlow::Continue(())
     }
 
+    /// Says between small steps whether to go on. Nothing has been done that is worth hearing.
+    fn go_on(&self) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
     /// Hears a sentence, or several lines, that the work has to say.
     fn message(&self, _severity: Severity, _text: &str) -> ControlFlow<()> {
         ControlFlow::Continue(())
@@ -56,6 +61,11 @@ pub(crate) struct Watch<'a>(&'a dyn Observer);
 impl<'a> Watch<'a> {
     pub(crate) fn progress(self, step: &str, share: f64) {
         unless_stopped(self.0.progress(step, share));
+    }
+
+    #[cfg(feature = "sound")]
+    pub(crate) fn go_on(self) {
+        unless_stopped(self.0.go_on());
     }
 
     pub(crate) fn say(self, severity: Severity, text: &str) {

@@ -8,7 +8,8 @@ use sonel_sound::{
     Head, Listener, Microphone, Path, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ, SoundSettings, Synthesizer,
 };
 
-use crate::{Error, ReceiverPoint, Response, Result};
+use crate::observer::watched;
+use crate::{Error, Observer, ReceiverPoint, Response, Result};
 
 /// Channels of an impulse response.
 #[derive(Debug, Clone, Copy)]
@@ -72,6 +73,7 @@ impl Response {
         channels: Channels<'_>,
         signal: &[f32],
         options: SoundOptions,
+        observer: &dyn Observer,
     ) -> Result<Vec<Vec<Vec<f32>>>> {
         let (settings, up) = self.settings(channels, options)?;
         let listener = match channels {
@@ -85,8 +87,11 @@ impl Response {
             }
         };
         let e = self.echograms();
-        let of_source = |s| sonel_sound::walk(e, settings, s, (path, spacing), listener, signal);
-        Ok((0..e.sources()).map(of_source).collect::<Result<_, _>>()?)
+        watched(observer, |watch| {
+            let step = || watch.go_on();
+            let of_source = |s| sonel_sound::walk(e, settings, s, (path, spacing), listener, signal, &step);
+            Ok((0..e.sources()).map(of_source).collect::<Result<_, _>>()?)
+        })
     }
 
     /// Settings of the synthesis, and the direction up.
@@ -110,23 +115,31 @@ impl Response {
     /// sound is 1/r, sample 0 is the emission.
     ///
     /// # Errors
-    /// When the sample rate is out of range. When a microphone cannot be where it is. Where channels need directions: when the response has none.
+    /// When the sample rate is out of range. When a microphone cannot be where it is. Where channels need directions: when the response has none. [`Error::Stopped`].
     pub fn impulse_responses(
         &self,
         channels: Channels<'_>,
         options: SoundOptions,
+        observer: &dyn Observer,
     ) -> Result<Vec<Vec<Vec<f32>>>> {
         let (settings, up) = self.settings(channels, options)?;
         let e = self.echograms();
-        let synthesizer = Synthesizer::new(e, settings);
         let pairs: Vec<(usize, usize)> =
             (0..e.sources()).flat_map(|s| (0..e.receivers()).map(move |r| (s, r))).collect();
-        let of_pair = |pair: (usize, usize)| match channels {
-            Channels::Ambisonics(order) => synthesizer.ambisonics(pair, order, up),
-            Channels::Ears(head) => synthesizer.binaural(pair, head, up),
-            Channels::Array(microphones) => synthesizer.array(pair, microphones),
-            Channels::Single => Ok(vec![synthesizer.impulse_response(pair.0, pair.1)?]),
-        };
-        Ok(pairs.into_par_iter().map(of_pair).collect::<Result<_, _>>()?)
+        watched(observer, |watch| {
+            let step = || watch.go_on();
+            let synthesizer = Synthesizer::new(e, settings).with_step(&step);
+            let of_pair = |pair: (usize, usize)| {
+                // Other threads begin pairs when one has stopped.
+                step();
+                match channels {
+                    Channels::Ambisonics(order) => synthesizer.ambisonics(pair, order, up),
+                    Channels::Ears(head) => synthesizer.binaural(pair, head, up),
+                    Channels::Array(microphones) => synthesizer.array(pair, microphones),
+                    Channels::Single => Ok(vec![synthesizer.impulse_response(pair.0, pair.1)?]),
+                }
+            };
+            Ok(pairs.into_par_iter().map(of_pair).collect::<Result<_, _>>()?)
+        })
     }
 }

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, Union
 
 import numpy as np
 
-from . import _rooms, _sonel
+from . import _input, _rooms, _sonel
 from ._rooms import RandomRooms
 from ._sonel import Error, __version__
 
@@ -36,7 +36,8 @@ __all__ = ["Error", "Map", "RandomRooms", "Response", "Scene", "__version__", "c
 _Path = Union[str, "os.PathLike[str]"]
 _Progress = Union[None, bool, Callable[[str, float], object]]
 _Points = Union["ArrayLike", Mapping[str, Any]]
-_Materials = Union[float, str, Mapping[str, Any]]
+_Materials = Union["ArrayLike", Mapping[str, Any]]
+_Whole = Union[int, "np.integer[Any]"]
 
 # Arrays of docs/formats/response.md but format_version and digest.
 _LATERAL = ["lateral_energy", "lateral_energy_batches", "lateral_kernel_difference_batches"]
@@ -96,7 +97,7 @@ class _Managed:
 
         def __getattr__(self, name: str) -> Any:
             """Attributes of a closed object."""
-            if name in ("_inner", "_origin") and not self.__dict__:
+            if name in ("_inner", "_origin", "_path") and not self.__dict__:
                 raise self._closed()
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
@@ -187,9 +188,9 @@ class Scene(_Managed):
     @classmethod
     def from_mesh(
         cls,
-        vertices: ArrayLike,
-        faces: ArrayLike | Sequence[Sequence[int]],
-        materials: _Materials,
+        vertices: Any,
+        faces: ArrayLike | Sequence[Sequence[int]] | None = None,
+        materials: _Materials | None = None,
         *,
         sources: _Points,
         receivers: _Points | None = None,
@@ -201,11 +202,12 @@ class Scene(_Managed):
         Parameters
         ----------
         vertices
-            Positions [m], shape [N, 3].
+            Positions [m], or in the unit of the key `mesh_unit`, shape [N, 3]; or an object that has `vertices` and `faces`, such as those of
+            trimesh, without the argument `faces`.
         faces
             Indices of vertices, from 0, shape [M, 3] or [M, K], or M sequences of different lengths; either sense.
         materials
-            As for `Scene.shoebox`, but the names are free.
+            As for `Scene.shoebox`, but the names are free. Required.
         sources
             As for `Scene.shoebox`.
         receivers
@@ -213,7 +215,7 @@ class Scene(_Managed):
         face_materials
             The name of the material of each face, [M]; not needed where there is one material.
         **keys
-            As for `Scene.shoebox`.
+            As for `Scene.shoebox`. Sources, receivers and objects are in metres, whatever `mesh_unit` is.
 
         Returns
         -------
@@ -225,8 +227,18 @@ class Scene(_Managed):
         Error
             Bad input: what is wrong, where, and what is allowed.
         """
-        polygons = _polygons(vertices, faces, list(_materials(materials)), face_materials)
-        return cls._made(keys, polygons, materials, sources, receivers)
+        if materials is None:
+            raise Error("materials is None: give a coefficient, an entry of the library, or a mapping from names to materials")
+        if "shoebox" in keys:
+            raise Error("a mesh has no key shoebox: its faces are the walls")
+        points, sizes, corners = _rooms.faces(vertices if faces is None else (vertices, faces), "")
+        # A unit that there is not stays for the message.
+        scale = _rooms.UNITS_M.get(str(keys.get("mesh_unit")))
+        if scale is not None:
+            keys.pop("mesh_unit")
+            points = points * scale
+        names = _face_materials(len(sizes), list(_materials(materials)), face_materials)
+        return cls._made(keys, _rooms.encoded(_rooms.Parts(points, sizes, corners, names)), materials, sources, receivers)
 
     @classmethod
     def _made(
@@ -243,17 +255,25 @@ class Scene(_Managed):
         return cls._of_document(document, polygons)
 
     @classmethod
-    def _of_document(cls, document: dict[str, Any], polygons: Any) -> Scene:
-        inner = _sonel.Scene.made(document, polygons, _LOGGER.log)
-        return cls(inner, (cls._of_document, (document, polygons)))
+    def _of_document(cls, document: dict[str, Any], polygons: Any, objects: tuple[Any, ...] = ()) -> Scene:
+        inner = _sonel.Scene.made(*_rooms.furnished(document, polygons, objects), _LOGGER.log)
+        return cls(inner, (cls._of_document, (document, polygons, objects)))
 
-    def _parts(self) -> tuple[dict[str, Any], Any]:
-        """Keys and polygons of a scene made in Python."""
+    def _parts(self) -> tuple[dict[str, Any], Any, tuple[Any, ...]]:
+        """Keys, polygons of the walls where they are no shoebox, and polygons of each object of a scene made in Python."""
         arguments = self._origin[1]
-        if len(arguments) != 2:
+        if len(arguments) != 3:
             raise Error("a scene of a file cannot be changed: make it with Scene.shoebox or Scene.from_mesh, or edit the file")
-        document, polygons = arguments
-        return document, polygons
+        document, polygons, objects = arguments
+        return document, polygons, objects
+
+    def _with_object(self, part: _rooms.Parts, material: _Materials) -> Scene:
+        """The same room with an object, whose material has no name yet."""
+        document, polygons, objects = self._parts()
+        name, table = _rooms.material(document, material)
+        materials = document["materials"] if table is None else {**document["materials"], name: table}
+        named = part._replace(names=[name] * len(part.sizes))
+        return self._of_document({**document, "materials": materials}, polygons, (*objects, _rooms.encoded(named)))
 
     def add_box(self, low: ArrayLike, high: ArrayLike, material: _Materials = 0.1) -> Scene:
         """The same room with a box in it: furniture, a pillar, a screen.
@@ -261,7 +281,8 @@ class Scene(_Managed):
         Parameters
         ----------
         low, high
-            Two opposite corners [m]. Faces may lie in walls and other boxes.
+            Two opposite corners [m]. Faces may lie in walls and in faces of other boxes. Of a box in a shoebox what is beyond the walls is cut off;
+            a box that leaves the space between the outermost walls of another closed room, or that overlaps another box, is an error.
         material
             A number, a material of the scene, an entry of the library, or a mapping with the keys of [materials.NAME].
 
@@ -275,13 +296,12 @@ class Scene(_Managed):
         Error
             A scene of a file, or bad input.
         """
-        ends = np.sort([_rooms.corner(low, "low"), _rooms.corner(high, "high")], axis=0)
-        document, polygons = self._parts()
-        name, table = _rooms.material(document, material)
-        return self._of_document(*_rooms.added(document, polygons, _rooms.box(ends[0], ends[1], [name] * 6), name, table))
+        return self._with_object(_rooms.placed_box(self, low, high), material)
 
     def add_object(self, mesh: Any, material: _Materials = 0.1, *, at: ArrayLike = (0, 0, 0), turn: float = 0.0) -> Scene:
         """The same room with a closed mesh in it.
+
+        It is not checked whether the mesh crosses walls or other objects: then volume and areas are wrong.
 
         Parameters
         ----------
@@ -303,11 +323,9 @@ class Scene(_Managed):
         Raises
         ------
         Error
-            A scene of a file, or bad input.
+            A scene of a file, a mesh that leaves the space between the outermost walls, or bad input.
         """
-        document, polygons = self._parts()
-        name, table = _rooms.material(document, material)
-        return self._of_document(*_rooms.added(document, polygons, _rooms.turned(mesh, at, turn, name), name, table))
+        return self._with_object(_rooms.placed(self, mesh, at, turn), material)
 
     def with_materials(self, materials: _Materials) -> Scene:
         """The same room with other materials; those that are not named stay.
@@ -315,7 +333,7 @@ class Scene(_Managed):
         Parameters
         ----------
         materials
-            In the form of `Scene.shoebox`.
+            In the form of `Scene.shoebox`; names of materials of the scene, and of the sides of a shoebox, also with objects in it.
 
         Returns
         -------
@@ -325,10 +343,15 @@ class Scene(_Managed):
         Raises
         ------
         Error
-            A scene of a file, or bad input.
+            A scene of a file, a name that no face has, or bad input.
         """
-        document, polygons = self._parts()
-        return self._of_document({**document, "materials": {**document["materials"], **_materials(materials)}}, polygons)
+        document, polygons, objects = self._parts()
+        changed = _materials(materials)
+        known = [*document["materials"], *(_rooms.SIDES if polygons is None else [])]
+        for name in changed:
+            if name not in known:
+                raise Error(f"no face is of the material {name!r}: the room has {', '.join(dict.fromkeys(known))}")
+        return self._of_document({**document, "materials": {**document["materials"], **changed}}, polygons, objects)
 
     def absorption_for(self, t60: ArrayLike, material: str = "walls") -> NDArray[np.float64]:
         """Absorption of a material with which Eyring's formula gives a reverberation time, for `with_materials`.
@@ -489,12 +512,12 @@ def check(path: _Path) -> dict[str, Any]:
 def trace(
     scene: Scene,
     *,
-    packets: int | float | None = None,
+    packets: _Whole | float | None = None,
     until: str | None = None,
     at_most: float | str | None = None,
     memory: float | None = None,
-    seed: int | None = None,
-    batches: int | None = None,
+    seed: _Whole | None = None,
+    batches: _Whole | None = None,
     survival: float | None = None,
     mode: str | None = None,
     spectral: str | None = None,
@@ -502,7 +525,7 @@ def trace(
     effects: str | None = None,
     variants: Mapping[str, Any] | None = None,
     extend: Map | None = None,
-    threads: int | None = None,
+    threads: _Whole | None = None,
     progress: _Progress = None,
 ) -> Map:
     """Traces `scene`; the map is that of sonel-trace with the options of the same names (docs/interface.md).
@@ -574,21 +597,23 @@ def trace(
         "duration": duration,
         "effects": effects,
         "variants": variants,
-        "extend": None if extend is None else extend._inner,
+        "extend": None if extend is None else _input.of_kind(extend, Map, "extend", "a sonel.Map")._inner,
+        "threads": threads,
     }
+    scene = _input.of_kind(scene, Scene, "scene", "a sonel.Scene, such as Scene.load(path)")
     with _Text(progress) as follower:
-        return Map(_sonel.trace(scene._inner, _LOGGER.log, threads, follower, **keywords))
+        return Map(_sonel.trace(scene._inner, _LOGGER.log, follower, **keywords))
 
 
 def random_rooms(
-    count: int,
+    count: _Whole,
     *,
-    seed: int = 1,
+    seed: _Whole = 1,
     size: ArrayLike = ((3.0, 3.0, 2.4), (8.0, 6.0, 3.5)),
     furniture: tuple[int, int] = (2, 8),
     t60: tuple[float, float] | None = None,
-    sources: int = 1,
-    receivers: int = 1,
+    sources: _Whole = 1,
+    receivers: _Whole = 1,
     **keys: Any,
 ) -> RandomRooms:
     """Rectangular rooms with boxes as furniture, for `dataset`: a sequence whose rooms are made when they are asked for.
@@ -609,7 +634,7 @@ def random_rooms(
     sources, receivers
         How many of each: 1 to 1.8 m high, 0.5 m from walls, 0.3 m from furniture, 1 m apart.
     **keys
-        Other keys of the scene file: bands, air, …
+        Other keys of the scene file: bands, air, …; not those of walls and materials.
 
     Returns
     -------
@@ -621,15 +646,26 @@ def random_rooms(
     Error
         Bad input: what is wrong, where, and what is allowed.
     """
-    extents = np.asarray(size, dtype=float)
-    if extents.shape != (2, 3) or not np.all((extents[0] >= 2.0) & (extents[0] <= extents[1])):
-        raise Error(f"size is {size!r}: give smallest and largest [x, y, z], at least 2 m each")
-    if not 0 <= furniture[0] <= furniture[1]:
-        raise Error(f"furniture is {furniture!r}: give the fewest and the most boxes")
-    if min(count, sources, receivers) < 1:
-        raise Error(f"{count} rooms with {sources} sources and {receivers} receivers: give at least one of each")
-    options = {"size": extents.tolist(), "furniture": furniture, "t60": t60, "sources": sources, "receivers": receivers}
-    return RandomRooms(count, {"seed": seed, **options, "keys": keys})
+    right = "smallest and largest [x, y, z], 2 to 1000 m each"
+    extents = _input.numbers(size, "size", right, (2, 3))
+    if not np.all((2.0 <= extents[0]) & (extents[0] <= extents[1]) & (extents[1] <= 1000.0)):
+        raise Error(f"size is {size!r}: give {right}")
+    fewest, most = _input.span(furniture, "furniture", "the fewest and the most boxes")
+    right = "the shortest and the longest time above 0 s"
+    times = None if t60 is None else _input.span(t60, "t60", right)
+    if times is not None and times[0] <= 0.0:
+        raise Error(f"t60 is {t60!r}: give {right}")
+    for key in {"materials", "shoebox", "mesh", "mesh_unit", "mesh_up"}.intersection(keys):
+        raise Error(f"{key} is not a key of random rooms, which have their own walls and materials: leave it out")
+    options = {
+        "seed": _input.whole(seed, "seed", 0, _input.SEED),
+        "size": extents.tolist(),
+        "furniture": (_input.whole(fewest, "furniture"), _input.whole(most, "furniture")),
+        "t60": times,
+        "sources": _input.whole(sources, "sources", 1),
+        "receivers": _input.whole(receivers, "receivers", 1),
+    }
+    return RandomRooms(_input.whole(count, "count", 1), {**options, "keys": keys})
 
 
 def dataset(
@@ -637,14 +673,14 @@ def dataset(
     out: _Path,
     *,
     microphones: _Points | None = None,
-    workers: int | None = None,
-    shard_size: int = 16,
-    shards: Sequence[int] | None = None,
+    workers: _Whole | None = None,
+    shard_size: _Whole = 16,
+    shards: Iterable[_Whole] | None = None,
     format: str = "npz",  # noqa: A002 - the word for it
-    sample_rate: int = 16_000,
+    sample_rate: _Whole | float = 16_000,
     match: bool = False,
-    seed: int | None = None,
-    early: int = 16,
+    seed: _Whole | None = None,
+    early: _Whole = 16,
     duration: float | None = None,
     trace: Mapping[str, Any] | None = None,
     render: Mapping[str, Any] | None = None,
@@ -657,9 +693,9 @@ def dataset(
     Parameters
     ----------
     rooms
-        Scenes with sources and receivers, such as those of `random_rooms`.
+        Scenes with sources and receivers, all of the same bands, such as those of `random_rooms`.
     out
-        A folder, made where there is none. `dataset.json` in it states rooms and options; a folder of others is refused.
+        A folder, made where there is none. `dataset.json` in it states rooms and options; a folder with shards of others is refused.
     microphones
         An array about each receiver, as in `Response.impulse_responses`; without it a single omnidirectional one.
     workers
@@ -673,13 +709,14 @@ def dataset(
     sample_rate, match
         As for `Response.impulse_responses`.
     seed
-        Of the pulses of the first room (default that of its map); each room has the next one.
+        Of the pulses (default that of the map), mixed with the number of the room: room i has the pulses of
+        `impulse_responses(seed=int(np.random.SeedSequence([seed, i]).generate_state(1, np.uint64)[0] >> 1))`.
     early
         How many of the strongest listed arrivals are labels.
     duration
         Length of the impulse responses [s] (default 1.2 times the longest Sabine time of the room).
     trace, render
-        Options of these functions (default packets 4000; order 2, rays 256, effects -diffraction).
+        Options of these functions but `threads` and `progress` (default packets 4000; order 2, rays 256, effects -diffraction).
     progress
         As for `trace`, in rooms, by tqdm where that is installed.
 
@@ -695,15 +732,21 @@ def dataset(
     """
     from . import _dataset
 
-    options: dict[str, Any] = {"sample_rate": sample_rate, "match": match, "seed": seed, "early": early, "duration": duration}
+    options: dict[str, Any] = {
+        "sample_rate": _rate(sample_rate),
+        "match": match,
+        "seed": None if seed is None else _input.whole(seed, "seed", 0, _input.SEED),
+        "early": _input.whole(early, "early"),
+        "duration": duration,
+    }
     options["trace"] = {"packets": 4000} if trace is None else dict(trace)
     options["render"] = {"order": 2, "rays": 256, "effects": "-diffraction"} if render is None else dict(render)
     return _dataset.write(
         rooms,
         Path(out),
         microphones=microphones,
-        workers=workers,
-        shard_size=shard_size,
+        workers=None if workers is None else _input.whole(workers, "workers", 1),
+        shard_size=_input.whole(shard_size, "shard_size", 1),
         shards=shards,
         form=format,
         options=options,
@@ -716,6 +759,8 @@ class Map(_Managed):
 
     def __init__(self, inner: _sonel.Map) -> None:
         self._inner = inner
+        # Where it may be loaded from.
+        self._path = inner.path
 
     def __copy__(self) -> Map:
         return self
@@ -759,6 +804,7 @@ class Map(_Managed):
             Another file is there, or it cannot be written.
         """
         self._inner.save(os.fspath(path))
+        self._path = self._path or Path(path).absolute()
 
     def render(
         self,
@@ -774,11 +820,11 @@ class Map(_Managed):
         bin: float | None = None,  # noqa: A002 - the name of the option
         estimator: str | None = None,
         effects: str | None = None,
-        rays: int | float | None = None,
+        rays: _Whole | float | None = None,
         radius: float | None = None,
-        order: int | None = None,
-        batches: int | None = None,
-        seed: int | None = None,
+        order: _Whole | None = None,
+        batches: _Whole | None = None,
+        seed: _Whole | None = None,
         temperature: float | None = None,
         humidity: float | None = None,
         air: bool = True,
@@ -786,7 +832,7 @@ class Map(_Managed):
         until: str | None = None,
         at_most: float | str | None = None,
         memory: float | None = None,
-        threads: int | None = None,
+        threads: _Whole | None = None,
         progress: _Progress = None,
     ) -> Response:
         """Renders echograms; the response is that of sonel-render with the options of the same names (docs/interface.md).
@@ -798,7 +844,7 @@ class Map(_Managed):
         receivers
             Positions [m], shape [3] or [R, 3] (named "receiver 1" …), or a mapping from names to positions or to mappings with the keys of
             [[receivers]], such as {"mic": {"position": [6, 4, 1.2], "directivity": "cardioid", "aim": [1, 0, 0]}}, aim required unless
-            omni; without any, those of the scene.
+            omni; None stands for those of the scene, which an empty array or mapping does not.
         set
             Other coefficients on the same map: {"materials.walls.absorption": 0.4}, one number or one per band; also scattering, diffuse,
             transmission, sound_reduction_db, and "sources.NAME.directivity".
@@ -883,10 +929,13 @@ class Map(_Managed):
             "until": until,
             "at_most": at_most,
             "memory": memory,
+            "threads": threads,
         }
         places = [] if receivers is None else [_receiver(**point) for point in _points(receivers, "receiver")]
+        if receivers is not None and not places:
+            raise Error("receivers is empty: give positions, or None for the receivers of the scene")
         with _Text(progress) as follower:
-            return Response(self._inner.render(places, _LOGGER.log, threads, follower, **keywords))
+            return Response(self._inner.render(places, _LOGGER.log, follower, **keywords))
 
     def refine(self, receivers: _Points | None = None, **options: Any) -> Iterator[Response]:
         """Renders as `render` does, again and again, each time with twice the batches.
@@ -898,7 +947,7 @@ class Map(_Managed):
         receivers
             As for `render`.
         **options
-            Those of `render` but `batches` and `until`.
+            Those of `render` but `batches`, `until` and `at_most`.
 
         Yields
         ------
@@ -910,6 +959,7 @@ class Map(_Managed):
         Error
             Bad input: what is wrong, where, and what is allowed.
         """
+        _input.check_keywords(options, Map.render, "refine", {"receivers", "batches", "until", "at_most"})
         for batches in self._inner.refinement_steps:
             yield self.render(receivers, batches=batches, **options)
 
@@ -918,11 +968,11 @@ class Map(_Managed):
         path: ArrayLike,
         signal: ArrayLike,
         *,
-        sample_rate: int = 48_000,
+        sample_rate: _Whole | float = 48_000,
         spacing: float = 0.25,
-        ambix: int | None = None,
+        ambix: _Whole | None = None,
         array: _Points | None = None,
-        seed: int | None = None,
+        seed: _Whole | None = None,
         **options: Any,
     ) -> NDArray[np.float32]:
         """What a moving listener hears of a signal: the samples of `sonel-render --path` (docs/formats/sound.md).
@@ -965,19 +1015,18 @@ class Map(_Managed):
             raise Error(f"path has the shape {list(points.shape)}: give rows of t, x, y, z, shape [P, 4]")
         if samples.ndim != 1 or not np.all(np.isfinite(samples)):
             raise Error(f"signal has the shape {list(samples.shape)}: give the finite samples of one channel, shape [n]")
-        channels = _channels(sample_rate, ambix=ambix, array=array)
+        order, _, microphones = _channels(ambix=ambix, array=array)
+        sounds = (None if seed is None else _input.whole(seed, "seed", 0, _input.SEED), _rate(sample_rate))
         if ambix is not None or array is not None:
             options.setdefault("directions", True)
         response = self.render(dict(_sonel.places(points.tolist(), spacing)), **options)
-        order, _, microphones = channels
-        walked = response._inner.walk((points.tolist(), spacing), samples.tobytes(), (order, microphones), seed, sample_rate)
-        return np.asarray(walked)
+        return np.asarray(response._inner.walk((points.tolist(), spacing), samples.tobytes(), (order, microphones), *sounds))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """For other processes: the path of a map that was loaded. A temporary map has none: save it, and load it there."""
-        if self._inner.path is None:
-            raise TypeError("a map in a temporary file cannot be pickled: save it, and load it from there")
-        return Map.load, (os.path.abspath(self._inner.path),)
+        """For other processes: the path of a map that was loaded or saved."""
+        if self._path is None:
+            raise TypeError("a map in a temporary file cannot be pickled: save it first")
+        return Map.load, (os.path.abspath(self._path),)
 
     @property
     def report(self) -> dict[str, Any] | None:
@@ -1167,7 +1216,9 @@ class Response(_Managed):
         Returns
         -------
         Response
-            A response of one source.
+            A response of one source, whose power is the sum of all, W = Σ W_s. `energy` is per unit of all energy emitted, the mean of
+            the sources weighted by W_s; levels are those of the sum. Impulse responses are relative to the pressure of a source of the power W at
+            1 m: for that of source s multiply them with √(W/W_s), √2 or 3 dB for two equal loudspeakers fed with one signal.
 
         Raises
         ------
@@ -1180,11 +1231,11 @@ class Response(_Managed):
     def impulse_responses(
         self,
         *,
-        ambix: int | None = None,
+        ambix: _Whole | None = None,
         hrtf: _Path | None = None,
         array: _Points | None = None,
-        seed: int | None = None,
-        sample_rate: int = 48_000,
+        seed: _Whole | None = None,
+        sample_rate: _Whole | float = 48_000,
         match: bool = False,
     ) -> NDArray[np.float32]:
         """Pressure impulse responses: the samples of `sonel-render --wav` (docs/formats/sound.md).
@@ -1220,18 +1271,19 @@ class Response(_Managed):
         Error
             Bad input, or a response without directions that are needed.
         """
-        channels = _channels(sample_rate, ambix=ambix, hrtf=hrtf, array=array)
-        return np.asarray(self._inner.impulse_responses(channels, seed, sample_rate, match))
+        channels = _channels(ambix=ambix, hrtf=hrtf, array=array)
+        number = None if seed is None else _input.whole(seed, "seed", 0, _input.SEED)
+        return np.asarray(self._inner.impulse_responses(channels, number, _rate(sample_rate), match))
 
     def to_sofa(
         self,
         path: _Path,
         *,
-        ambix: int | None = None,
+        ambix: _Whole | None = None,
         hrtf: _Path | None = None,
         array: _Points | None = None,
-        seed: int | None = None,
-        sample_rate: int = 48_000,
+        seed: _Whole | None = None,
+        sample_rate: _Whole | float = 48_000,
         match: bool = False,
     ) -> None:
         """Writes `impulse_responses` as SOFA of the convention SingleRoomSRIR (AES69), a measurement for every source and receiver.
@@ -1254,7 +1306,8 @@ class Response(_Managed):
 
         options = {"hrtf": hrtf, "seed": seed, "match": match}
         microphones = None if array is None else _points(array, "microphone")
-        _sofa.write(self, Path(path), ambix=ambix, array=array, microphones=microphones, sample_rate=sample_rate, **options)
+        order = None if ambix is None else _input.whole(ambix, "ambix", 1, 7)
+        _sofa.write(self, Path(path), ambix=order, array=array, microphones=microphones, sample_rate=_rate(sample_rate), **options)
 
     def parameter_report(
         self,
@@ -1294,6 +1347,7 @@ class Response(_Managed):
             raise Error("material_uncertainty needs the map that the response was rendered from, as map: give both or neither")
         if map is None:
             return self._inner.parameters(_LOGGER.log, noise, speech)
+        map = _input.of_kind(map, Map, "map", "the sonel.Map that the response was rendered from")
         return map._inner.parameters(self._inner, material_uncertainty, _LOGGER.log, noise, speech)
 
     def parameters(self, **options: Any) -> NDArray[np.void]:
@@ -1410,9 +1464,9 @@ class Response(_Managed):
         except ImportError:
             raise Error("to_pyfar needs the package pyfar: pip install pyfar") from None
         samples = self.impulse_responses(**options).astype(float)
-        return pyfar.Signal(samples, options.get("sample_rate", 48_000), comment=f"sonel: {self.metadata['scene']}")
+        return pyfar.Signal(samples, _rate(options.get("sample_rate", 48_000)), comment=f"sonel: {self.metadata['scene']}")
 
-    def plot_decay(self, source: int = 0, receiver: int = 0, ax: Any = None) -> Any:
+    def plot_decay(self, source: _Whole = 0, receiver: _Whole = 0, ax: Any = None) -> Any:
         """Draws the Schroeder decay curve of every band, by matplotlib.
 
         Parameters
@@ -1434,7 +1488,8 @@ class Response(_Managed):
         """
         from . import _drawing
 
-        return _drawing.decay(self, source, receiver, ax)
+        source = _input.whole(source, "source", 0, len(self.sources) - 1)
+        return _drawing.decay(self, source, _input.whole(receiver, "receiver", 0, len(self.receivers) - 1), ax)
 
     def _repr_html_(self) -> str:
         """A table for notebooks: levels, T30 and clarity with their intervals at the middle band."""
@@ -1459,23 +1514,25 @@ class Response(_Managed):
         return f"<sonel.Response: {s} sources, {r} receivers, {b} bands, {t} time bins>"
 
 
+def _rate(sample_rate: _Whole | float) -> int:
+    """Samples per second."""
+    return _input.whole(sample_rate, "sample_rate", 8000, 192_000, " Hz")
+
+
 def _channels(
-    sample_rate: int, *, ambix: int | None = None, hrtf: _Path | None = None, array: _Points | None = None
+    *, ambix: _Whole | None = None, hrtf: _Path | None = None, array: _Points | None = None
 ) -> tuple[int | None, bytes | None, list[_sonel.Receiver] | None]:
     """Order, bytes of the SOFA file and microphones, at most one of which is given."""
     given = [name for name, value in (("ambix", ambix), ("hrtf", hrtf), ("array", array)) if value is not None]
     if len(given) > 1:
         raise Error(f"{given[0]} and {given[1]} exclude each other: ask for one after the other")
-    if ambix is not None and ambix not in range(1, 8):
-        raise Error(f"ambix is {ambix}: give an order from 1 to 7")
-    if not 8000 <= sample_rate <= 192_000:
-        raise Error(f"sample_rate is {sample_rate}: give 8000 to 192000 Hz")
+    order = None if ambix is None else _input.whole(ambix, "ambix", 1, 7)
     try:
         head = None if hrtf is None else Path(hrtf).read_bytes()
     except OSError as problem:
         kind = _Missing if isinstance(problem, FileNotFoundError) else Error
         raise kind(f"cannot read {os.fspath(hrtf or '')}: {problem.strerror}") from None
-    return ambix, head, None if array is None else [_receiver(**point) for point in _points(array, "microphone")]
+    return order, head, None if array is None else [_receiver(**point) for point in _points(array, "microphone")]
 
 
 def _value(parameter: Mapping[str, Any] | None) -> tuple[float, ...]:
@@ -1540,28 +1597,19 @@ def _materials(materials: _Materials) -> dict[str, Any]:
 
 def _grid(axes: Sequence[ArrayLike]) -> str:
     """A grid of arrays as the option has it."""
-    given = [np.atleast_1d(np.asarray(axis, dtype=float)) for axis in axes]
-    if len(given) != 3:
-        raise Error(f"grid has {len(given)} axes: give three, each one number or evenly spaced numbers")
+    right = "three axes, each one number or evenly spaced numbers"
+    if not isinstance(axes, (Sequence, np.ndarray)) or len(axes) != 3:
+        raise Error(f"grid is {axes!r}: give {right}")
+    given = [np.atleast_1d(_input.numbers(axis, "an axis of grid", right)) for axis in axes]
 
     def text(axis: NDArray[np.float64]) -> str:
         if axis.size == 1:
-            return repr(float(axis[0]))
+            return repr(float(axis.item()))
         if axis.ndim != 1 or axis.size == 0 or not np.allclose(np.diff(axis), (axis[-1] - axis[0]) / (axis.size - 1), rtol=1e-6, atol=0):
             raise Error(f"grid: the axis {axis.tolist()} is not evenly spaced: give its points as receivers")
         return f"{float(axis[0])!r}:{float(axis[-1])!r}:{axis.size}"
 
     return ",".join(map(text, given))
-
-
-def _numbers(position: Any) -> list[float]:
-    try:
-        numbers = np.asarray(position, dtype=float)
-    except (TypeError, ValueError):
-        numbers = np.empty(0)
-    if numbers.shape != (3,):
-        raise Error(f"{position!r} is not a position: give three numbers [x, y, z] in metres")
-    return [float(number) for number in numbers]
 
 
 def _points(points: _Points, kind: str) -> list[dict[str, Any]]:
@@ -1589,48 +1637,20 @@ def _receiver(
         raise Error(f"receiver {name!r}: position is missing; give three numbers [x, y, z] in metres")
     if aim is None and directivity != "omni":
         raise Error(f"receiver {name!r}: aim is missing; a {directivity} receiver needs aim = [x, y, z]")
-    return name, _numbers(position), str(directivity), None if aim is None else _numbers(aim)
+
+    def triple(given: Any, what: str) -> list[float]:
+        found: list[float] = _input.numbers(given, f"receiver {name!r}: {what}", "three finite numbers [x, y, z]", (3,)).tolist()
+        return found
+
+    return name, triple(position, "position"), str(directivity), None if aim is None else triple(aim, "aim")
 
 
-def _corners(faces: ArrayLike | Sequence[Sequence[int]]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Corners of each face, and the indices of all."""
-    try:
-        table = np.asarray(faces)
-    except ValueError:
-        table = np.empty(0, dtype=object)
-    if len(table.shape) == 2 and table.dtype != object:
-        return np.full(len(table), table.size // max(len(table), 1), dtype="<u4"), table.reshape(-1)
-    rows = [np.asarray(face) for face in faces]  # type: ignore[union-attr]
-    return np.array([len(row) for row in rows], dtype="<u4"), np.concatenate(rows)
-
-
-def _polygons(
-    vertices: ArrayLike,
-    faces: ArrayLike | Sequence[Sequence[int]],
-    names: list[str],
-    face_materials: Sequence[str] | None,
-) -> _sonel.Polygons:
-    """A mesh as arrays in bytes."""
-    try:
-        points = np.asarray(vertices, dtype=float)
-        sizes, corners = _corners(faces)
-    except (TypeError, ValueError) as problem:
-        raise Error(f"vertices are numbers and faces lists of indices: {problem}") from None
-    if not np.issubdtype(corners.dtype, np.integer):
-        raise Error(f"vertices are numbers and faces lists of indices, not of {corners.dtype}")
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise Error(f"vertices have the shape {list(points.shape)}: give an array of shape [N, 3] in metres")
+def _face_materials(count: int, names: list[str], face_materials: Sequence[str] | None) -> list[str]:
+    """The name of the material of each face."""
     if face_materials is None:
         if len(names) != 1:
             raise Error(f"there are {len(names)} materials: give the name of the material of each face in face_materials")
-        face_materials = names * len(sizes)
-    if len(face_materials) != len(sizes):
-        raise Error(f"face_materials has {len(face_materials)} names and faces has {len(sizes)} rows: give one for each")
-    wrong = np.flatnonzero((corners < 0) | (corners >= len(points)))
-    if len(wrong):
-        number = np.searchsorted(np.cumsum(sizes), wrong[0], side="right")
-        raise Error(f"faces[{number}]: no vertex {corners[wrong[0]]}: there are {len(points)}, counted from 0")
-    used, indices = np.unique(np.asarray(face_materials, dtype=str), return_inverse=True)
-    arrays = (points.astype("<f8"), corners.astype("<u4"), sizes, indices.astype("<u4"))
-    v, c, s, m = (array.tobytes() for array in arrays)
-    return v, c, s, m, used.tolist()
+        return names * count
+    if len(face_materials) != count:
+        raise Error(f"face_materials has {len(face_materials)} names and faces has {count} rows: give one for each")
+    return [str(name) for name in face_materials]

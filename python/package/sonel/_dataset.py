@@ -13,13 +13,14 @@ import os
 import sys
 import tarfile
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from . import _input
 from ._sonel import Error
 
 if TYPE_CHECKING:
@@ -37,34 +38,45 @@ def write(
     microphones: Any,
     workers: int | None,
     shard_size: int,
-    shards: Sequence[int] | None,
+    shards: Iterable[Any] | None,
     form: str,
     options: dict[str, Any],
     progress: Any,
 ) -> list[Path]:
     """Writes the shards that are missing; returns the paths of all that are wanted."""
+    from . import Map, trace
+
+    for name, function in (("trace", trace), ("render", Map.render)):
+        _input.check_keywords(options[name], function, name, {"threads", "progress"})
     if form not in ("npz", "tar"):
         raise Error(f"format is {form!r}: give npz or tar")
-    if shard_size < 1 or not len(rooms):
-        raise Error(f"there are {len(rooms)} rooms in shards of {shard_size}: give at least one of each")
-    out.mkdir(parents=True, exist_ok=True)
-    _manifest(out, rooms, {**options, "microphones": microphones, "shard_size": shard_size, "format": form})
+    if not (hasattr(rooms, "__len__") and hasattr(rooms, "__getitem__") and len(rooms)):
+        raise Error(f"rooms is {rooms!r}: give a sequence of scenes, at least one")
     ranges = [range(begin, min(begin + shard_size, len(rooms))) for begin in range(0, len(rooms), shard_size)]
-    wanted = range(len(ranges)) if shards is None else sorted(set(shards))
-    strange = [number for number in wanted if number not in range(len(ranges))]
-    if strange:
-        raise Error(f"there is no shard {strange[0]}: {len(rooms)} rooms make {len(ranges)}, counted from 0")
+    wanted = range(len(ranges)) if shards is None else _wanted(shards, len(ranges), len(rooms))
+    named = _checked(rooms, options["render"])
+    if microphones is not None:
+        _positions(microphones)
+    out.mkdir(parents=True, exist_ok=True)
+    _manifest(out, named, {**options, "microphones": microphones, "shard_size": shard_size, "format": form})
     ranges = [ranges[number] for number in wanted]
     paths = [out / f"shard-{number:05d}.{form}" for number in wanted]
     missing = [(path, indices) for path, indices in zip(paths, ranges) if not path.exists()]
     total = sum(map(len, ranges))
+    stopped = threading.Event()
+
+    def going_on(*_: object) -> None:
+        if stopped.is_set():
+            raise CancelledError
+
     with _Progress(progress, total - sum(len(indices) for _, indices in missing), total) as step:
 
         def shard(job: tuple[Path, range]) -> None:
             path, indices = job
             rows = []
             for index in indices:
-                rows += list(_rows(index, rooms[index], microphones, options))
+                going_on()
+                rows += list(_rows(index, rooms[index], microphones, options, going_on))
                 step(1)
             _publish(path, _npz(rows) if form == "npz" else _tar(rows))
 
@@ -74,27 +86,52 @@ def write(
                 for job in as_completed(jobs):
                     job.result()
             except BaseException:
+                stopped.set()
                 for job in jobs:
                     job.cancel()
                 raise
     return paths
 
 
-def _manifest(out: Path, rooms: Sequence[Scene], options: dict[str, Any]) -> None:
-    """States what the folder holds; refuses to go on with other rooms or options."""
-    from . import RandomRooms, __version__
+def _wanted(shards: Iterable[Any], count: int, rooms: int) -> list[int]:
+    """Numbers of the shards to write."""
+    if not isinstance(shards, Iterable):
+        raise Error(f"shards is {shards!r}: give a list of numbers")
+    numbers = sorted({_input.whole(number, "a number in shards") for number in shards})
+    if numbers and numbers[-1] >= count:
+        raise Error(f"there is no shard {numbers[-1]}: {rooms} rooms make {count}, counted from 0")
+    return numbers
+
+
+def _checked(rooms: Sequence[Scene], render: Mapping[str, Any]) -> str:
+    """Identity of the rooms, each of which gives rows of the same form."""
+    from . import RandomRooms, Scene
 
     if isinstance(rooms, RandomRooms):
-        named = repr(rooms)
-    else:
-        texts = hashlib.sha256()
-        for room in rooms:
-            texts.update(repr(room._origin[1:]).encode() + room.toml.encode())
-        named = f"{len(rooms)} scenes, sha256 {texts.hexdigest()}"
+        return repr(rooms)
+    texts = hashlib.sha256()
+    needs_receivers = not {"receivers", "grid", "audience"}.intersection(render)
+    first = None
+    for number in range(len(rooms)):
+        room = rooms[number]
+        bands = _input.of_kind(room, Scene, f"rooms[{number}]", "a sonel.Scene").center_frequencies.tolist()
+        first = bands if first is None else first
+        if needs_receivers and not room.receivers:
+            raise Error(f"rooms[{number}] has no receivers: give them to the scene, or to all rooms as render={{'receivers': …}}")
+        if bands != first:
+            raise Error(f"rooms[{number}] has the bands {bands} Hz, rooms[0] {first} Hz: give all rooms the same")
+        texts.update(repr(room._origin[1:]).encode() + room.toml.encode())
+    return f"{len(rooms)} scenes, sha256 {texts.hexdigest()}"
+
+
+def _manifest(out: Path, named: str, options: dict[str, Any]) -> None:
+    """States what the folder holds; refuses to go on where it holds shards of other rooms or options."""
+    from . import __version__
+
     # As text: what is read again is compared.
     state = json.dumps({"sonel": __version__, "rooms": named, "options": options}, indent=1, default=_plain, sort_keys=True)
     path = out / "dataset.json"
-    if not path.exists():
+    if not path.exists() or not any(path for end in ("npz", "tar") for path in out.glob(f"shard-*.{end}")):
         _publish(path, state.encode())
     elif path.read_text() != state:
         raise Error(f"{path} is of other rooms, options or another version: choose another folder, or delete this one to begin anew")
@@ -111,8 +148,10 @@ def _publish(path: Path, content: bytes) -> None:
     os.replace(unfinished, path)
 
 
-def _rows(index: int, scene: Scene, microphones: Any, options: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Impulse responses and labels of every source and receiver of a room."""
+def _rows(
+    index: int, scene: Scene, microphones: Any, options: dict[str, Any], going_on: Callable[[str, float], object]
+) -> Iterator[dict[str, Any]]:
+    """Impulse responses and labels of every source and receiver of a room; an exception of `going_on` ends the work."""
     from . import trace
 
     tracing, rendering = options["trace"], options["render"]
@@ -120,11 +159,12 @@ def _rows(index: int, scene: Scene, microphones: Any, options: dict[str, Any]) -
         bands = scene.room["bands"]
         statistical = 1.2 * max(band["sabine_s"] for band in bands)
         tracing = {**tracing, "duration": options["duration"] or statistical}
-    room = trace(scene, threads=1, progress=False, **tracing)
-    response = room.render(threads=1, progress=False, **rendering)
+    room = trace(scene, threads=1, progress=going_on, **tracing)
+    response = room.render(threads=1, progress=going_on, **rendering)
     # Copies of a room in other materials would otherwise share the pulses of their late sound.
-    seed = (room.seed if options["seed"] is None else options["seed"]) + index
-    sounds = {"seed": seed, "sample_rate": options["sample_rate"], "match": options["match"]}
+    seed = room.seed if options["seed"] is None else options["seed"]
+    mixed = int(np.random.SeedSequence([seed, index]).generate_state(1, np.uint64)[0] >> 1)
+    sounds = {"seed": mixed, "sample_rate": options["sample_rate"], "match": options["match"]}
     responses = response.impulse_responses(array=microphones, **sounds)
     places = np.zeros((1, 3)) if microphones is None else _positions(microphones)
     labels = _labels(response, options["early"])

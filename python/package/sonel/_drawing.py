@@ -44,8 +44,8 @@ def room(scene: Scene, ax: Any) -> Any:
     """Edges of the walls, sources and receivers in three dimensions."""
     from . import _rooms
 
-    document, polygons = scene._parts()
-    parts = _rooms.decoded(document, polygons)
+    document, polygons, objects = scene._parts()
+    parts = _rooms.joined([_rooms.walls(document, polygons), *map(_rooms.decoded, objects)])
     axes = _axes(ax, subplot_kw={"projection": "3d"})
     begin = 0
     for size in parts.sizes:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from . import _input
 from ._sonel import Error
 
 if TYPE_CHECKING:
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
 
 # Faces of a box whose corner number is 4x + 2y + z.
 _BOX_FACES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-_WALLS = ["x0", "x1", "y0", "y1", "z0", "z1"]
+SIDES = ["x0", "x1", "y0", "y1", "z0", "z1"]
+UNITS_M = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
 # Entries of the material library that a living room or an office may have.
 WALLS = ["brickwork-rendered", "concrete-painted", "plaster-painted", "plaster-wallpaper", "plasterboard-on-studs", "wood-panelling"]
@@ -62,36 +64,96 @@ def encoded(parts: Parts) -> _sonel.Polygons:
     return v, c, s, m, used.tolist()
 
 
-def decoded(document: Mapping[str, Any], polygons: _sonel.Polygons | None) -> Parts:
-    """The walls of a scene that was made in Python."""
-    if polygons is None:
-        materials = document["materials"]
-        names = [name if name in materials else "walls" for name in _WALLS]
-        return box(np.zeros(3), np.asarray(document["shoebox"], dtype=float), names)
+def decoded(polygons: _sonel.Polygons) -> Parts:
+    """Parts of the arrays in bytes."""
     v, c, s, m, names = polygons
     numbers = np.frombuffer(m, "<u4")
     points = np.frombuffer(v, "<f8").reshape(-1, 3)
     return Parts(points, np.frombuffer(s, "<u4").astype(int), np.frombuffer(c, "<u4").astype(int), [names[i] for i in numbers])
 
 
-def corner(position: ArrayLike, what: str) -> NDArray[np.float64]:
-    """Three finite numbers."""
+def walls(document: Mapping[str, Any], polygons: _sonel.Polygons | None) -> Parts:
+    """The walls of a scene that was made in Python; sides of a shoebox have the materials that are named after them."""
+    if polygons is not None:
+        return decoded(polygons)
+    names = [name if name in document["materials"] else "walls" for name in SIDES]
+    return box(np.zeros(3), np.asarray(document["shoebox"], dtype=float), names)
+
+
+def furnished(
+    document: dict[str, Any], polygons: _sonel.Polygons | None, objects: Sequence[_sonel.Polygons]
+) -> tuple[dict[str, Any], _sonel.Polygons | None]:
+    """Keys and polygons of a scene with its objects."""
+    if not objects:
+        return document, polygons
+    keys = {key: value for key, value in document.items() if key != "shoebox"}
+    return keys, encoded(joined([walls(document, polygons), *map(decoded, objects)]))
+
+
+def _ends(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Smallest and largest coordinates, [2, 3]."""
+    return np.array([points.min(axis=0), points.max(axis=0)])
+
+
+def _text(ends: NDArray[np.float64]) -> str:
+    return " to ".join("[" + ", ".join(f"{x:g}" for x in end) + "]" for end in ends)
+
+
+def space(scene: Scene) -> NDArray[np.float64]:
+    """Smallest and largest coordinates of the walls [m], [2, 3]; in the open without end."""
+    document, polygons, _ = scene._parts()
+    is_open = polygons is not None and scene.room["volume_m3"] is None
+    return np.array([[-np.inf] * 3, [np.inf] * 3]) if is_open else _ends(walls(document, polygons).points)
+
+
+def _within(ends: NDArray[np.float64], space: NDArray[np.float64], what: str) -> None:
+    """Refuses what leaves the space between the outermost walls by more than rounding."""
+    rounding = 1e-9 * np.ptp(ends)
+    if np.any(ends[0] < space[0] - rounding) or np.any(ends[1] > space[1] + rounding):
+        raise Error(f"{what} from {_text(ends)} m leaves the room, which is from {_text(space)} m: move it, or make it smaller")
+
+
+def placed_box(scene: Scene, low: ArrayLike, high: ArrayLike) -> Parts:
+    """A box in a room, without material."""
+    _, polygons, objects = scene._parts()
+    right = "three numbers [x, y, z] in metres"
+    ends = np.sort([_input.numbers(low, "low", right, (3,)), _input.numbers(high, "high", right, (3,))], axis=0)
+    room = space(scene)
+    if polygons is None:
+        ends = np.clip(ends, *room)
+    if not np.all(ends[0] < ends[1]):
+        raise Error(f"the box from {low!r} to {high!r} has no volume in the room, which is from {_text(room)} m: give two opposite corners")
+    _within(ends, room, "the box")
+    for other in map(decoded, objects):
+        there = _ends(other.points)
+        is_box = len(other.points) == 8 and np.all((other.points == there[0]) | (other.points == there[1]))
+        if is_box and np.all(np.minimum(ends[1], there[1]) - np.maximum(ends[0], there[0]) > 1e-9 * np.ptp(ends)):
+            raise Error(f"the box from {_text(ends)} m overlaps another from {_text(there)} m: move it, or let it end at the faces of that one")
+    return box(ends[0], ends[1], [""] * 6)
+
+
+def faces(mesh: Any, of: str = " of the mesh") -> tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.intp]]:
+    """Vertices of a mesh, corners of each face, and indices of all corners."""
     try:
-        numbers = np.asarray(position, dtype=float)
-    except (TypeError, ValueError):
-        numbers = np.empty(0)
-    if numbers.shape != (3,) or not np.all(np.isfinite(numbers)):
-        raise Error(f"{what} is {position!r}: give three numbers [x, y, z] in metres")
-    return numbers
-
-
-def added(document: Mapping[str, Any], polygons: _sonel.Polygons | None, part: Parts, name: str, table: Any) -> tuple[Any, Any]:
-    """Document and polygons with another part, of a material that is there or comes with its table."""
-    materials = dict(document["materials"])
-    if table is not None:
-        materials[name] = table
-    changed = {key: value for key, value in document.items() if key != "shoebox"}
-    return {**changed, "materials": materials}, encoded(joined([decoded(document, polygons), part]))
+        vertices, rows = (mesh.vertices, mesh.faces) if hasattr(mesh, "vertices") else mesh
+        rings = [np.asarray(row) for row in rows]
+    except (TypeError, ValueError, AttributeError) as problem:
+        raise Error(f"the mesh is not vertices [N, 3] and faces of indices: {problem}") from None
+    points = _input.numbers(vertices, f"vertices{of}", "finite numbers of shape [N, 3]")
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise Error(f"vertices{of} have the shape {list(points.shape)}: give finite numbers of shape [N, 3]")
+    if not rings:
+        raise Error(f"faces{of} are none: give at least one, of indices of vertices")
+    sizes = np.array([ring.size for ring in rings])
+    corners = np.concatenate([ring.reshape(-1) for ring in rings])
+    allowed = f"three and more indices of the {len(points)} vertices, counted from 0"
+    if corners.dtype.kind not in "iuf":
+        raise Error(f"faces{of} are not numbers: give each {allowed}")
+    is_index = (corners >= 0) & (corners < len(points)) & (corners == np.floor(corners))
+    wrong = np.concatenate([np.repeat(np.arange(len(rings)), sizes)[~is_index], np.flatnonzero(sizes < 3)])
+    if len(wrong):
+        raise Error(f"faces[{wrong.min()}]{of} is {rings[wrong.min()].tolist()}: give {allowed}")
+    return points, sizes, corners.astype(int)
 
 
 def material(document: Mapping[str, Any], given: Any) -> tuple[str, Any]:
@@ -103,24 +165,15 @@ def material(document: Mapping[str, Any], given: Any) -> tuple[str, Any]:
     return f"object {next(numbers)}", given if isinstance(given, Mapping) else {"absorption": given}
 
 
-def turned(mesh: Any, at: ArrayLike, turn: float, name: str) -> Parts:
-    """A mesh about its origin, turned about z [°] and moved."""
-    vertices, faces = (mesh.vertices, mesh.faces) if hasattr(mesh, "vertices") else mesh
-    try:
-        points = np.asarray(vertices, dtype=float)
-        rows = [np.asarray(face, dtype=int) for face in faces]
-        angle = np.radians(float(turn))
-    except (TypeError, ValueError) as problem:
-        raise Error(f"the mesh is not vertices [N, 3] and faces of indices: {problem}") from None
-    if points.ndim != 2 or points.shape[1] != 3 or not rows:
-        raise Error(f"the vertices of the mesh have the shape {list(points.shape)}: give [N, 3] in metres, and faces of indices")
-    corners = np.concatenate(rows)
-    if corners.min() < 0 or corners.max() >= len(points):
-        raise Error(f"the mesh has {len(points)} vertices, counted from 0, and faces with the indices {corners.min()} to {corners.max()}")
+def placed(scene: Scene, mesh: Any, at: ArrayLike, turn: float) -> Parts:
+    """A mesh about its origin, turned about z [°] and moved into a room, without material."""
+    points, sizes, corners = faces(mesh)
+    angle = np.radians(_input.numbers(turn, "turn", "an angle in degrees", ()))
     cosine, sine = np.cos(angle), np.sin(angle)
     rotation = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    moved = points @ rotation.T + corner(at, "at")
-    return Parts(moved, np.array([len(row) for row in rows]), corners, [name] * len(rows))
+    moved = points @ rotation.T + _input.numbers(at, "at", "three numbers [x, y, z] in metres", (3,))
+    _within(_ends(moved), space(scene), "the mesh")
+    return Parts(moved, sizes, corners, [])
 
 
 def absorption_for(scene: Scene, t60: ArrayLike, name: str) -> NDArray[np.float64]:
@@ -129,9 +182,12 @@ def absorption_for(scene: Scene, t60: ArrayLike, name: str) -> NDArray[np.float6
     materials = {entry["name"]: entry for entry in room["materials"]}
     if name not in materials:
         raise Error(f"there is no material {name!r} in the room; it has {', '.join(materials)}")
-    wanted = np.broadcast_to(np.asarray(t60, dtype=float), scene.center_frequencies.shape)
-    if not np.all(wanted > 0):
-        raise Error(f"t60 is {t60!r}: give a time above 0 s, or one per band")
+    bands = scene.center_frequencies.shape
+    right = f"a time above 0 s, or one for each of {bands[0]} bands"
+    times = _input.numbers(t60, "t60", right)
+    if times.shape not in ((), (1,), bands) or not np.all(times > 0):
+        raise Error(f"t60 is {t60!r}: give {right}")
+    wanted = np.broadcast_to(times, bands)
     area, volume = room["area_m2"], room["volume_m3"]
     constant = 24 * np.log(10) / scene.speed_of_sound * volume
     mean = np.array([band["mean_absorption"] for band in room["bands"]])

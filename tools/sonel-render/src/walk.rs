@@ -5,7 +5,7 @@ use std::path::{Path as File, PathBuf};
 
 use anyhow::{Context, bail};
 use glam::DVec3;
-use sonel::{Channels, Path, ReceiverPoint, Response, SoundOptions, Waypoint};
+use sonel::{Channels, Path, ReceiverPoint, Response, Silent, SoundOptions, Waypoint};
 use sonel_console::input;
 use sonel_console::output::{Complete, Kind, Output};
 use sonel_scene::Scene;
@@ -96,7 +96,8 @@ impl<'a> Walk<'a> {
         let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz, is_matched: false };
         let mut complete = Vec::new();
         for (end, channels) in self.channels() {
-            let heard = response.walk((&self.path, self.spacing), channels, &self.signal, options)?;
+            let heard =
+                response.walk((&self.path, self.spacing), channels, &self.signal, options, &Silent)?;
             for (source, channels) in self.sources.iter().zip(heard) {
                 let recording = Recording { sample_rate_hz: self.sample_rate_hz, channels };
                 let output = Output::create(&self.file(source, &end), Kind::SOUND, is_own)?;

@@ -286,7 +286,8 @@ impl Session {
         let options = RenderOptions { directions: true, ..options(&wish.changes, wish.batches)? };
         let response = map.render(&[listener(wish.listener)?], &options, &newest)?.response;
         let source = of_sources(wish.source, response.echograms().sources())?;
-        let mut pairs = response.impulse_responses(Channels::Ears(&self.head), SoundOptions::default())?;
+        let (ears, options) = (Channels::Ears(&self.head), SoundOptions::default());
+        let mut pairs = response.impulse_responses(ears, options, &newest)?;
         newest.unless_replaced()?;
         Ok(Answer::Samples(pairs.swap_remove(source).concat()))
     }
@@ -394,6 +395,10 @@ impl Newest {
 
 impl Observer for Newest {
     fn progress(&self, _step: &str, _share: f64) -> ControlFlow<()> {
+        self.go_on()
+    }
+
+    fn go_on(&self) -> ControlFlow<()> {
         if self.is_replaced() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }

@@ -1,0 +1,62 @@
+"""What users give, as the numbers and objects that it stands for; or an `Error` that names the argument and says what is right."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from ._sonel import Error
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+_Kind = TypeVar("_Kind")
+
+# The largest seed.
+SEED = 2**64 - 1
+
+
+def whole(value: Any, name: str, low: int = 0, high: int | None = None, unit: str = "") -> int:
+    """A whole number, also of numpy or as a float."""
+    is_whole = isinstance(value, (int, np.integer)) or (isinstance(value, (float, np.floating)) and float(value).is_integer())
+    if isinstance(value, bool) or not is_whole or not low <= value <= (np.inf if high is None else high):
+        allowed = f"of at least {low}{unit}" if high is None else f"from {low} to {high}{unit}"
+        raise Error(f"{name} is {value!r}: give a whole number {allowed}")
+    return int(value)
+
+
+def numbers(value: ArrayLike, name: str, right: str, shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
+    """Finite numbers, of a `shape` where one is given; `right` says what they should be."""
+    try:
+        found = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        found = np.full((), np.nan)
+    if not np.all(np.isfinite(found)) or shape not in (None, found.shape):
+        raise Error(f"{name} is {value!r}: give {right}")
+    return found
+
+
+def span(value: ArrayLike, name: str, right: str) -> tuple[float, float]:
+    """Two numbers, the smaller one first."""
+    low, high = numbers(value, name, right, (2,))
+    if low > high:
+        raise Error(f"{name} is {value!r}: give {right}")
+    return float(low), float(high)
+
+
+def of_kind(value: Any, kind: type[_Kind], name: str, right: str) -> _Kind:
+    """An object of a class."""
+    if not isinstance(value, kind):
+        raise Error(f"{name} is {value!r}: give {right}")
+    return value
+
+
+def check_keywords(given: Iterable[str], function: Callable[..., Any], name: str, taken: set[str]) -> None:
+    """Refuses what is not a keyword argument of a function, or is `taken`."""
+    known = [key for key, kind in inspect.signature(function).parameters.items() if kind.default is not kind.empty and key not in taken]
+    for key in given:
+        if key not in known:
+            raise Error(f"{name} has no option {key!r}: give those of {', '.join(known)}")
