@@ -14,10 +14,12 @@ pub fn bands_of(octave: f64, frequencies: &[f64]) -> Option<Vec<usize>> {
     (found.len() == if has_thirds { 3 } else { 1 }).then_some(found)
 }
 
-/// Level of the sum of the energies of levels [dB].
+/// Level of the sum of the energies of levels [dB], which is that of a single one to the last bit, however high.
 #[must_use]
 pub fn sum_db(levels_db: &[f64]) -> f64 {
-    10.0 * libm::log10(levels_db.iter().map(|level| libm::pow(10.0, 0.1 * level)).sum())
+    let highest = levels_db.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let relative = levels_db.iter().map(|level| libm::pow(10.0, 0.1 * (level - highest)));
+    if highest.is_finite() { highest + 10.0 * libm::log10(relative.sum()) } else { highest }
 }
 
 #[cfg(test)]
