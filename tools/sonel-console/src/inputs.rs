@@ -75,7 +75,7 @@ fn misplaced<P: Parser>(words: &[String]) -> Option<clap::Error> {
     let [first, second, ..] = words else { return None };
     let message = if commands.contains(&second.as_str()) {
         format!("the command comes first: {} {second} {first}", command.get_name())
-    } else if !Path::new(first).exists() {
+    } else if !commands.contains(&first.as_str()) && !Path::new(first).exists() {
         format!("`{first}` is neither a file nor a command; commands: {}", commands.join(", "))
     } else {
         return None;

@@ -56,6 +56,8 @@ fn a_classroom_is_made_checked_and_said_to_have_a_target() {
         (&["new", "--shoebox", "9,7,3", "room.obj", "-o", "b.toml"], "cannot be used with"),
         (&["new", "--shoebox", "9,7,3", "--purpose", "sauna", "-o", "b.toml"], "classroom"),
         (&["new", "-o", "b.toml"], "--shoebox"),
+        (&["chekc", "room.toml"], "`chekc` is neither a file nor a command; commands: "),
+        (&["room.toml", "check"], "the command comes first: sonel-trace check room.toml"),
     ] {
         assert!(folder.run(PROGRAM, words).refused().contains(said), "{words:?}");
     }
