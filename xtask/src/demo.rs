@@ -27,9 +27,10 @@ pub fn run(is_paper: bool) -> Result<()> {
         format!("{FOLDER}/{name}.npz"),
     ];
     fs::create_dir_all(workspace::root().join(FOLDER)).with_context(|| format!("cannot create {FOLDER}"))?;
-    // Not quiet: the first build takes a minute or two, and cargo shows how far it is.
+    // Not quiet: the first build takes a minute or two, and cargo shows how far it is. By their names alone, so that crates have the features
+    // that they have in `cargo build --release`, which then compiles none of them again.
     let mut build =
-        workspace::cargo(&["build", "--release", "--package", "sonel-trace", "--package", "sonel-render"]);
+        workspace::cargo(&["build", "--release", "--bin", "sonel-trace", "--bin", "sonel-render"]);
     let status = build.status().with_context(|| format!("cannot run {build:?}"))?;
     ensure!(status.success(), "{build:?}: {status}");
     let programs = workspace::folder(Profile::Release)?;
