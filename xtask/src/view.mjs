@@ -20,7 +20,7 @@ try {
   page.on("console", (message) => { if (message.type() === "error") failures.push(message.text()); });
   const check = (holds, what) => { if (!holds) throw new Error(what); };
   const settled = () => page.waitForFunction(() => shown.pair && shown.pair.batches === null, null, PATIENCE);
-  const values = (key) => page.$eval(`tr[data-key=${key}]`, (row) => [...row.querySelectorAll("td")].slice(1).map((place) => Number(place.dataset.value)));
+  const values = (key) => page.$eval(`tr[data-key=${key}]`, (row) => [...row.querySelectorAll("td")].map((place) => Number(place.dataset.value)));
   const latency = async (name, act) => {
     await page.evaluate(() => {
       window.changed = null;
