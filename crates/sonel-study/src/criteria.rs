@@ -3,7 +3,7 @@
 //! A criterion gives a parameter a range in some bands. The mean over the receivers meets it where its 95 % interval lies within the range, fails
 //! where the interval lies outside, and is undecided else.
 //!
-//! - `din18041-a1` … `a5`: reverberation time of [DIN18041] group A by volume ([`sonel_acoustics::din18041`]), with its range, occupied.
+//! - `din18041-a1` … `a5`: reverberation time of [DIN18041] group A by volume ([`sonel_acoustics::din18041`]), with its range, occupied, a5 empty.
 //! - `bb93-primary`, `bb93-secondary`: at most 0.6 and 0.8 s as the arithmetic mean of the octaves 500, 1000 and 2000 Hz, or of the third octaves
 //!   400 … 2500 Hz \[BB93\].
 //! - `ansi-s12.60`: at most 0.6 s up to 283 m³, 0.7 s up to 566 m³, in each of the octaves 500, 1000 and 2000 Hz [ANSIS12.60].
@@ -155,7 +155,8 @@ impl Criterion {
         match (volumes, volume) {
             (Some(_), None) => "the response states no volume".to_owned(),
             (Some([least, most]), Some(volume)) if !(least..=most).contains(&volume) => {
-                format!("volume {volume:.0} m³ outside {least} … {most} m³")
+                let to = if most.is_finite() { format!("… {most} m³") } else { "m³ and more".to_owned() };
+                format!("volume {volume:.0} m³ outside {least} {to}")
             }
             _ => "the response has none of its bands".to_owned(),
         }

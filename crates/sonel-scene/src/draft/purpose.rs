@@ -1,6 +1,6 @@
 //! Purposes of rooms and their target reverberation times.
 //!
-//! The target depends on the volume and holds for the occupied room in the octaves 250 … 2000 Hz, within ± 20 %.
+//! The target depends on the volume and holds for the occupied room, for sport for the empty hall, in the octaves 250 … 2000 Hz, within ± 20 %.
 //!
 //! References: [DIN18041] (docs/references.md).
 
@@ -82,10 +82,12 @@ impl Purpose {
         let Use { class, volumes: [least, most], .. } = self.din();
         let source = format!("DIN 18041:2016, {class}");
         let Some(time) = self.din().time(volume) else {
-            return format!("none: {source} holds for {least} … {most} m³, this room has {volume:.0} m³");
+            let to = if most.is_finite() { format!("… {most} m³") } else { "m³ and more".to_owned() };
+            return format!("none: {source} holds for {least} {to}, this room has {volume:.0} m³");
         };
         let [low, high] = [1.0 - TOLERANCE, 1.0 + TOLERANCE].map(|part| part * time);
-        format!("T {time:.2} s, within {low:.2} … {high:.2} s from 250 to 2000 Hz, occupied ({source})")
+        let state = if self.din().is_occupied() { "occupied" } else { "empty" };
+        format!("T {time:.2} s, within {low:.2} … {high:.2} s from 250 to 2000 Hz, {state} ({source})")
     }
 }
 

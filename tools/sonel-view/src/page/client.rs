@@ -180,10 +180,10 @@ pub fn targets(page: &mut Document, subjects: &[Subject], head: &Head) {
 fn state(target: &str) -> &'static str {
     let target = target.to_lowercase();
     match () {
-        () if target.starts_with("din18041") => " of the occupied room; people must be in the materials",
-        () if target.starts_with("bb93") || target.starts_with("ansi") => {
+        () if ["din18041-a5", "bb93", "ansi"].iter().any(|standard| target.starts_with(standard)) => {
             " of the finished, unoccupied room; no people in the materials"
         }
+        () if target.starts_with("din18041") => " of the occupied room; people must be in the materials",
         () => "",
     }
 }
@@ -322,9 +322,9 @@ mod tests {
 
     #[test]
     fn a_standard_says_for_which_room_it_holds() {
-        let stated = ["DIN18041-a3", "bb93-primary", "ansi-s12.60", "t30<=0.6s"].map(state);
+        let stated = ["DIN18041-a3", "bb93-primary", "ansi-s12.60", "din18041-a5", "t30<=0.6s"].map(state);
         assert!(stated[0].contains(" occupied") && stated[1].contains("unoccupied"));
-        assert_eq!((stated[2], stated[3]), (stated[1], ""));
+        assert_eq!((stated[2], stated[3], stated[4]), (stated[1], stated[1], ""));
     }
 
     #[test]
