@@ -273,14 +273,14 @@ pub struct RenderLoad {
 }
 
 impl RenderLoad {
-    /// Own memory [bytes]: echograms of the batches of a sweep and of all sources and receivers, the coarse ones of all batches with their
-    /// kernels, and the discs of the batches that are rendered at once.
+    /// Own memory [bytes]: echograms of the batches of a sweep and of all sources and receivers, of packets and of mirrored rays apart, the coarse
+    /// ones of all batches with their kernels, and the discs of the batches that are rendered at once.
     #[must_use]
     pub fn memory(&self, effort: Effort, scene: &Scene, receivers: usize, bin: f64) -> f64 {
         let lane_bytes = (size_of::<sonel_map::Lanes>() * sonel_map::lanes_of(scene.bands.count())) as f64;
         let (bins, receivers, sources) = (scene.duration / bin, receivers as f64, scene.sources.len() as f64);
         let [together, batches] = [RECEIVERS_IN_FLIGHT, BATCHES_IN_FLIGHT].map(f64::from);
-        let echograms = sources * receivers + batches * receivers.min(together);
+        let echograms = 2.0 * sources * receivers + batches * receivers.min(together);
         let fine = bins * lane_bytes * echograms * self.columns.fine as f64;
         let coarse = 2.0 * COARSE * lane_bytes * sources * receivers * f64::from(effort.batches);
         let discs = if self.casts_rays {
