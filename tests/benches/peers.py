@@ -50,8 +50,9 @@ def by_peer(rooms):
 
 def peer(scene, more=1):
     """A room of rectangles in pyroomacoustics, with `more` times the rays that it chooses."""
-    document, polygons = scene._parts()
-    parts, size = _rooms.decoded(document, polygons), scene.room
+    document, polygons, objects = scene._parts()
+    parts = _rooms.joined([_rooms.walls(document, polygons), *map(_rooms.decoded, objects)])
+    size = scene.room
     absorption = {material["name"]: material["absorption"][1:] for material in size["materials"]}
     walls = []
     for name, corners in zip(parts.names, parts.points[parts.corners.reshape(-1, 4)]):
