@@ -10,4 +10,4 @@ pub use self::beside::{BesideBlock, Column, beside_blocks, beside_csv, beside_js
 pub use self::csv::csv;
 pub use self::json::{estimate, json, receivers};
 pub use self::means::{means_csv, means_json, means_table};
-pub use self::table::{by_materials, table};
+pub use self::table::{by_materials, digits, table};

@@ -1,4 +1,4 @@
-// What the server is asked for: the newest wish wins, answers sharpen step by step.
+// What the server is asked for: one thing at a time, answers sharpen step by step.
 "use strict";
 class Server {
   constructor(token) {

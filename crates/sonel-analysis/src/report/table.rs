@@ -182,7 +182,8 @@ pub fn by_materials(estimate: &Estimate, factor: f64, digits: usize) -> String {
 }
 
 /// Decimals that show two digits of the half-width, and no more than anybody can use.
-pub(super) fn digits(value: f64, half: f64) -> usize {
+#[must_use]
+pub fn digits(value: f64, half: f64) -> usize {
     let most = if value.abs() < 10.0 { 3 } else { 2 };
     let wanted = if half > 0.0 { 1.0 - libm::floor(libm::log10(half)) } else { f64::from(most) };
     wanted.clamp(1.0, f64::from(most)) as usize

@@ -104,7 +104,7 @@ pub fn cell(estimate: &ParameterValue, factor: f64) -> String {
     let Ok(estimate) = estimate else { return "–".to_owned() };
     let value = estimate.value * factor;
     let half = half_width(estimate).ok().map(|half| factor * half);
-    let digits = digits(value, half.unwrap_or(0.0));
+    let digits = report::digits(value, half.unwrap_or(0.0));
     let least = 0.1_f64.powi(digits as i32);
     let beside = |half: f64| {
         if half < 0.5 * least { format!(" ± <{least:.digits$}") } else { format!(" ± {half:.digits$}") }
@@ -114,13 +114,6 @@ pub fn cell(estimate: &ParameterValue, factor: f64) -> String {
     let unknown = if materials.is_empty() { "" } else { " ± –" };
     let simulation = half.map_or_else(|| unknown.to_owned(), beside);
     format!("{value:.digits$}{simulation}{materials}")
-}
-
-/// Decimals that show two digits of the half-width, and no more than anybody can use: as the tables of sonel-analyze have them.
-fn digits(value: f64, half: f64) -> usize {
-    let most = if value.abs() < 10.0 { 3.0 } else { 2.0 };
-    let wanted = if half > 0.0 { 1.0 - half.log10().floor() } else { most };
-    wanted.clamp(1.0, most) as usize
 }
 
 #[cfg(test)]
