@@ -95,7 +95,11 @@ fn title(receiver: &Value) -> String {
 fn figure(figure: &Value) -> String {
     let Some(value) = figure["value"].as_f64() else { return "–".into() };
     match (figure["ci95"][0].as_f64(), figure["ci95"][1].as_f64()) {
-        (Some(low), Some(high)) => format!("{value:.2} ± {:.2}", (high - low) / 2.0),
+        (Some(low), Some(high)) => {
+            let half = (high - low) / 2.0;
+            let digits = if half < 0.01 { 3 } else { 2 };
+            format!("{value:.digits$} ± {half:.digits$}")
+        }
         _ => format!("{value:.2}"),
     }
 }
@@ -113,10 +117,10 @@ mod tests {
             "t30_s": {"value": null, "reason": "too short"},
             "clarity_c80_db": {"value": -1.5, "ci95": [-1.6, -1.4]},
         }], "single_numbers": {"t30_s": {"value": 2.0, "ci95": [1.9, 2.1]}},
-            "speech_transmission_index": {"value": 0.5, "ci95": [0.49, 0.51]}})];
+            "speech_transmission_index": {"value": 0.5, "ci95": [0.497, 0.503]}})];
         let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
         let text = bands(&receivers).unwrap();
         assert_eq!(words(text.lines().nth(2).unwrap()), "125 58.52 ± 0.10 7.50 – -1.50 ± 0.10");
-        assert_eq!(words(seats(&receivers).lines().nth(1).unwrap()), "seat – – 2.00 ± 0.10 – 0.50 ± 0.01");
+        assert_eq!(words(seats(&receivers).lines().nth(1).unwrap()), "seat – – 2.00 ± 0.10 – 0.500 ± 0.003");
     }
 }
