@@ -2,12 +2,13 @@
 
 use clap::Parser;
 use sonel_echogram::join;
+use sonel_study::response::PART;
 use sonel_testkit::test_folder::TestFolder;
 
 use crate::{printed, render, response, test_folder, trace};
 
-/// Eleven receivers: more than one sweep takes, in parts of unequal size.
-const GRID: [&str; 5] = ["--grid", "0.5:4.5:11,2,1.4", "--bin", "0.01", "--directions"];
+/// More receivers than are rendered at once, which none of the jobs divides alike.
+const GRID: [&str; 5] = ["--grid", "0.5:4.5:10,0.6:2.4:7,1.4", "--bin", "0.01", "--directions"];
 
 pub fn merge(folder: &TestFolder, parts: &[&str], output: &str) -> anyhow::Result<String> {
     let place = |name: &&str| folder.path(name).display().to_string();
@@ -40,7 +41,8 @@ fn parts_of_the_receivers_join_to_the_response_in_one_piece() {
         merge(&folder, &backwards, "joined.npz").unwrap();
         assert!(folder.bytes("joined.npz") == folder.bytes("whole.npz"), "{count} parts");
     }
-    assert_eq!(response(&folder, "2.npz").receivers(), 4);
+    let of_part = response(&folder, "2.npz").receivers();
+    assert!(response(&folder, "whole.npz").receivers() > PART && of_part < PART, "{of_part} receivers");
 }
 
 #[test]

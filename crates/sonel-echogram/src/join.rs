@@ -3,6 +3,8 @@
 //! Nothing at a receiver depends on the others, so joining is putting side by side. A part says in its metadata which it is
 //! (`"shard": [I, N]`); everything else that it says must be said by all.
 
+use std::mem::take;
+
 use serde_json::{Value, json};
 use thiserror::Error;
 
@@ -86,7 +88,14 @@ pub fn join(parts: Vec<(String, Response)>) -> Result<Response, Vec<JoinError>> 
         problems.extend(missing.map(|index| JoinError::Missing(index, count)));
     }
     let parts: Vec<Response> = numbered.into_iter().map(|(.., response)| response).collect();
-    if problems.is_empty() { Ok(side_by_side(parts)) } else { Err(problems) }
+    if !problems.is_empty() {
+        return Err(problems);
+    }
+    let mut whole = side_by_side(parts);
+    if let Some(metadata) = whole.metadata.as_object_mut() {
+        metadata.shift_remove(SHARD);
+    }
+    Ok(whole)
 }
 
 /// In what two parts differ besides their receivers.
@@ -134,40 +143,47 @@ fn shared(part: &Response) -> serde_json::Map<String, Value> {
 
 /// Visits the lists of `source` in the metadata that have an entry per receiver, always in the same order.
 fn each_receiver_list(source: &mut Value, visit: &mut dyn FnMut(&mut Vec<Value>)) {
-    let mut take = |owner: &mut Value, keys: &[&str]| {
+    let mut lists_of = |owner: &mut Value, keys: &[&str]| {
         for key in keys {
             if let Some(list) = owner.get_mut(*key).and_then(Value::as_array_mut) {
                 visit(list);
             }
         }
     };
-    take(source, &OF_SOURCE);
+    lists_of(source, &OF_SOURCE);
     for class in source.get_mut("classes").and_then(Value::as_array_mut).into_iter().flatten() {
-        take(class, &OF_CLASS);
+        lists_of(class, &OF_CLASS);
     }
 }
 
-/// The response of `parts` in the order of their receivers.
-fn side_by_side(parts: Vec<Response>) -> Response {
-    let sources = parts.first().map_or(0, Response::sources);
-    let batches = batches(&parts, sources);
-    let direct_times: Vec<&[f64]> = parts.iter().map(|part| &part.direct_times_s[..]).collect();
-    let direct_times_s = interleaved(sources, &direct_times);
-    let energies: Vec<&[f64]> = parts.iter().map(|part| &part.energy[..]).collect();
-    let (energy, arrivals) = (interleaved(sources, &energies), arrivals(&parts, sources));
+/// The response of `parts`, of one rendering each with some of its receivers, in their order.
+///
+/// # Panics
+/// Without any part.
+#[must_use]
+pub fn side_by_side(mut parts: Vec<Response>) -> Response {
+    if parts.len() == 1 {
+        return parts.remove(0);
+    }
+    let sources = parts[0].sources();
+    let arrivals = arrivals(&parts, sources);
     let receiver_directivities = directivities(&parts);
-    let directions = directions(&parts, sources);
-    let mut parts = parts.into_iter();
-    let Some(mut whole) = parts.next() else { unreachable!("checked: there is a part") };
+    let directions = directions(&mut parts, sources);
+    let batches = batches(&mut parts, sources);
+    let direct_times_s = interleaved(sources, taken(&mut parts, |part| &mut part.direct_times_s));
+    let energy = interleaved(sources, taken(&mut parts, |part| &mut part.energy));
+    let mut whole = parts.remove(0);
     for part in parts {
         whole.receiver_names.extend(part.receiver_names);
         whole.receiver_positions.extend(part.receiver_positions);
         append_metadata(&mut whole.metadata, part.metadata);
     }
-    if let Some(metadata) = whole.metadata.as_object_mut() {
-        metadata.shift_remove(SHARD);
-    }
     Response { receiver_directivities, energy, direct_times_s, batches, arrivals, directions, ..whole }
+}
+
+/// An array of every part, taken out of it: what is side by side already is in memory once.
+fn taken<P, T>(parts: &mut [P], array: impl Fn(&mut P) -> &mut Vec<T>) -> Vec<Vec<T>> {
+    parts.iter_mut().map(|part| take(array(part))).collect()
 }
 
 /// Directivities of all receivers, where any part has some.
@@ -185,7 +201,7 @@ fn directivities(parts: &[Response]) -> Vec<ReceiverDirectivity> {
 fn append_metadata(whole: &mut Value, mut part: Value) {
     let mut lists = Vec::new();
     for source in part["sources"].as_array_mut().into_iter().flatten() {
-        each_receiver_list(source, &mut |list| lists.push(std::mem::take(list)));
+        each_receiver_list(source, &mut |list| lists.push(take(list)));
     }
     let mut lists = lists.into_iter();
     for source in whole["sources"].as_array_mut().into_iter().flatten() {
@@ -194,10 +210,10 @@ fn append_metadata(whole: &mut Value, mut part: Value) {
 }
 
 /// Arrays of [outer, receivers of the part, …] as one of [outer, all receivers, …].
-fn interleaved<T: Copy>(outer: usize, parts: &[&[T]]) -> Vec<T> {
-    let mut values = Vec::with_capacity(parts.iter().map(|part| part.len()).sum());
+fn interleaved<T: Copy>(outer: usize, parts: Vec<Vec<T>>) -> Vec<T> {
+    let mut values = Vec::with_capacity(parts.iter().map(Vec::len).sum());
     for index in 0..outer {
-        for part in parts {
+        for part in &parts {
             let length = part.len() / outer;
             values.extend(&part[index * length..(index + 1) * length]);
         }
@@ -205,54 +221,48 @@ fn interleaved<T: Copy>(outer: usize, parts: &[&[T]]) -> Vec<T> {
     values
 }
 
-fn batches(parts: &[Response], sources: usize) -> Option<Batches> {
-    let found: Vec<&Batches> = parts.iter().filter_map(|part| part.batches.as_ref()).collect();
-    let first = *found.first()?;
-    let outer = first.weight.len() * sources;
-    let edges: Vec<&[f64]> = found.iter().map(|batches| &batches.time_edges_s[..]).collect();
-    let energy: Vec<&[f32]> = found.iter().map(|batches| &batches.energy[..]).collect();
-    let differences = found.iter().map(|batches| (batches.energy.len(), &batches.kernel_difference[..]));
-    let kernel_difference = kernel_differences(outer, differences);
+fn batches(parts: &mut [Response], sources: usize) -> Option<Batches> {
+    let mut found: Vec<&mut Batches> = parts.iter_mut().filter_map(|part| part.batches.as_mut()).collect();
+    let (weight, bins) = found.first().map(|first| (first.weight.clone(), first.bins))?;
+    let outer = weight.len() * sources;
+    let differences = found.iter_mut().map(|of| (of.energy.len(), take(&mut of.kernel_difference)));
     Some(Batches {
-        weight: first.weight.clone(),
-        bins: first.bins,
-        time_edges_s: interleaved(sources, &edges),
-        energy: interleaved(outer, &energy),
-        kernel_difference,
+        kernel_difference: kernel_differences(outer, differences.collect()),
+        energy: interleaved(outer, taken(&mut found, |batches| &mut batches.energy)),
+        time_edges_s: interleaved(sources, taken(&mut found, |batches| &mut batches.time_edges_s)),
+        weight,
+        bins,
     })
 }
 
 /// Parts in which kernels change nothing, of so many values, leave the array out.
-fn kernel_differences<'a>(outer: usize, parts: impl Iterator<Item = (usize, &'a [f32])> + Clone) -> Vec<f32> {
-    if parts.clone().all(|(_, found)| found.is_empty()) {
+fn kernel_differences(outer: usize, parts: Vec<(usize, Vec<f32>)>) -> Vec<f32> {
+    if parts.iter().all(|(_, found)| found.is_empty()) {
         return Vec::new();
     }
-    let of =
-        |(count, found): (usize, &[f32])| if found.is_empty() { vec![0.0; count] } else { found.to_vec() };
-    let columns: Vec<Vec<f32>> = parts.map(of).collect();
-    interleaved(outer, &columns.iter().map(Vec::as_slice).collect::<Vec<_>>())
+    let of = |(count, found): (usize, Vec<f32>)| if found.is_empty() { vec![0.0; count] } else { found };
+    interleaved(outer, parts.into_iter().map(of).collect())
 }
 
 /// Directional echograms of all parts. Parts of one run have the same options, so either all have them or none.
-fn directions(parts: &[Response], sources: usize) -> Option<Directions> {
-    let found: Vec<&Directions> = parts.iter().filter_map(|part| part.directions.as_ref()).collect();
-    let batches = parts.first()?.batch_count();
-    let lateral = |which: usize| {
-        let of: Vec<&Lateral> = found.iter().map(|found| &found.lateral[which]).collect();
-        let energies: Vec<&[f64]> = of.iter().map(|of| &of.energy[..]).collect();
-        let of_batches: Vec<&[f32]> = of.iter().map(|of| &of.energy_batches[..]).collect();
-        let differences = of.iter().map(|of| (of.energy_batches.len(), &of.kernel_difference[..]));
+fn directions(parts: &mut [Response], sources: usize) -> Option<Directions> {
+    let outer = parts[0].batch_count() * sources;
+    let mut found: Vec<&mut Directions> =
+        parts.iter_mut().filter_map(|part| part.directions.as_mut()).collect();
+    let mut lateral = |which: usize| {
+        let mut of: Vec<&mut Lateral> = found.iter_mut().map(|found| &mut found.lateral[which]).collect();
+        let differences = of.iter_mut().map(|of| (of.energy_batches.len(), take(&mut of.kernel_difference)));
         Lateral {
-            energy: interleaved(sources, &energies),
-            energy_batches: interleaved(batches * sources, &of_batches),
-            kernel_difference: kernel_differences(batches * sources, differences),
+            kernel_difference: kernel_differences(outer, differences.collect()),
+            energy_batches: interleaved(outer, taken(&mut of, |of| &mut of.energy_batches)),
+            energy: interleaved(sources, taken(&mut of, |of| &mut of.energy)),
         }
     };
-    let moments: Vec<&[f64]> = found.iter().map(|found| &found.moment[..]).collect();
+    let lateral = [lateral(0), lateral(1)];
     (!found.is_empty()).then(|| Directions {
-        lateral_axes: found.iter().flat_map(|found| found.lateral_axes.clone()).collect(),
-        lateral: [lateral(0), lateral(1)],
-        moment: interleaved(sources, &moments),
+        lateral,
+        lateral_axes: taken(&mut found, |found| &mut found.lateral_axes).concat(),
+        moment: interleaved(sources, taken(&mut found, |found| &mut found.moment)),
     })
 }
 

@@ -21,7 +21,7 @@ pub use archive::{ArchiveWriter, ArrayWriter, Number};
 pub use borders::batch_time_edges;
 pub use directions::{Directions, LATERAL_KEYS, Lateral};
 pub use error::ResponseError;
-pub use join::{JoinError, join};
+pub use join::{JoinError, join, side_by_side};
 pub use response::{ArrivalKind, Arrivals, Batches, Missing, ReceiverDirectivity, Response};
 pub use sonel_acoustics::SourceChange;
 

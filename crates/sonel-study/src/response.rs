@@ -14,6 +14,9 @@ use sonel_renderer::{
 };
 use sonel_scene::Scene;
 
+/// Receivers whose sums are in memory at once, 2 MB each, of which the response keeps a fifth; enough to keep all cores busy.
+pub const PART: usize = 64;
+
 /// The receivers that a scene names.
 #[must_use]
 pub fn receivers_of(scene: &Scene) -> Vec<ReceiverPoint> {

@@ -31,9 +31,6 @@ fn keep<K: PartialEq, V>(kept: &Kept<K, V>, made_for: K, made: V) {
     kept.truncate(KEPT);
 }
 
-/// Most receivers whose sums are kept: each takes 2 MB.
-const MOST_RECEIVERS: usize = 64;
-
 /// Preparations, designs and unfinished renderings of a map.
 #[derive(Default)]
 pub(crate) struct Prepared {
@@ -101,9 +98,7 @@ impl Prepared {
         batches: u32,
         sums: &[BatchSums],
     ) {
-        if receivers.len() <= MOST_RECEIVERS {
-            keep(&self.sums, (For::rendering(map, settings), receivers.to_vec()), (batches, sums.to_vec()));
-        }
+        keep(&self.sums, (For::rendering(map, settings), receivers.to_vec()), (batches, sums.to_vec()));
     }
 
     /// A renderer of `map`, whose walls are `geometry`: the map of this cache with its own or other materials and directivities.

@@ -281,9 +281,17 @@ impl<'a> Renderer<'a> {
         self.settings.seed.unwrap_or(self.map.header().settings.seed)
     }
 
-    /// Problems of `receivers`, one sentence each: at a source, on a surface, in no air, without coordinates.
-    #[must_use]
-    pub fn problems(&self, receivers: &[ReceiverPoint]) -> Vec<String> {
+    /// Refuses `receivers` that are at a source, on a surface, in no air or without coordinates.
+    ///
+    /// # Errors
+    /// [`RenderError::Receivers`] with all problems of all receivers.
+    pub fn check_receivers(&self, receivers: &[ReceiverPoint]) -> Result<(), RenderError> {
+        let problems = self.problems(receivers);
+        if problems.is_empty() { Ok(()) } else { Err(RenderError::Receivers(problems)) }
+    }
+
+    /// Problems of `receivers`, one sentence each.
+    fn problems(&self, receivers: &[ReceiverPoint]) -> Vec<String> {
         let scene = &self.map.header().scene;
         let sources: Vec<DVec3> = scene.sources.iter().map(|source| source.position).collect();
         let mut problems = Vec::new();

@@ -34,10 +34,7 @@ impl Renderer<'_> {
         receivers: &[ReceiverPoint],
         borders: &[Vec<f64>],
     ) -> Result<BatchSums, RenderError> {
-        let problems = self.problems(receivers);
-        if !problems.is_empty() {
-            return Err(RenderError::Receivers(problems));
-        }
+        self.check_receivers(receivers)?;
         let receivers = self.prepare(source, receivers);
         let columns = axes(&receivers).columns();
         let echograms = |count| Deposits::new(count * columns.fine, self.bins.count, self.table.bands());

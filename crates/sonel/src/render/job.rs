@@ -5,14 +5,14 @@ use std::sync::{Arc, LazyLock};
 
 use serde_json::{Value, json};
 use sonel_acoustics::{Directivity, Material, energy_to_level_db};
-use sonel_echogram::Response;
+use sonel_echogram::{Response, side_by_side};
 use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, hexadecimal};
 use sonel_renderer::{Columns, ReceiverPoint, RenderSettings, Renderer, Rendering};
-use sonel_scene::Source;
+use sonel_scene::{Scene, Source};
 use sonel_study::forecast::Effort;
 use sonel_study::plan::RenderLoad;
-use sonel_study::response;
+use sonel_study::response::{self, PART};
 
 use crate::Result;
 use crate::error::At;
@@ -50,14 +50,10 @@ pub(super) struct Job<'a> {
 
 /// Result of a rendering.
 pub(super) struct Run<'a> {
-    /// From which map.
-    pub map: &'a SonelMap,
     /// By whom.
     pub renderer: Renderer<'a>,
     /// Settings.
     pub settings: RenderSettings,
-    /// By source.
-    pub renderings: Vec<Rendering>,
     /// The response.
     pub response: Response,
     /// (wall, CPU) seconds by the observer's clock when rendering itself began.
@@ -80,29 +76,44 @@ impl<'a> Job<'a> {
         let renderer = renderer.at(|| label.to_owned())?;
         self.demand(&renderer, &settings).admit(self.memory, "give fewer receivers or wider bins", watch)?;
         let opened = watch.seconds();
-        let sources = map.header().scene.sources.len() as f64;
-        let mut sums = match self.prepared.sums(map, &settings, receivers, renderer.batches()) {
-            Some(sums) => sums,
-            None => response::begin(map, &renderer, receivers)?,
-        };
-        for (source, sums) in sums.iter_mut().enumerate() {
-            renderer.extend(sums, &mut |share| watch.progress(STEP, (source as f64 + share) / sources));
-        }
-        if renderer.batches() < map.header().settings.batches {
-            self.prepared.keep_sums(map, &settings, receivers, renderer.batches(), &sums);
-        }
-        let renderings: Vec<Rendering> = sums.into_iter().map(|sums| renderer.finish(sums)).collect();
+        renderer.check_receivers(receivers)?;
+        let parts = receivers.chunks(PART).enumerate().map(|(part, some)| {
+            let sources = map.header().scene.sources.len();
+            let all = (receivers.len().div_ceil(PART) * sources) as f64;
+            let progress =
+                |source, share| watch.progress(STEP, ((part * sources + source) as f64 + share) / all);
+            self.part(&renderer, &settings, some, progress)
+        });
+        let response = side_by_side(parts.collect::<Result<_>>()?);
         map.require_unchanged().at(|| label.to_owned())?;
         watch.progress(STEP, 1.0);
         let seconds = watch.seconds().1 - begin;
-        let response = response::assemble(map, &renderer, receivers, &renderings);
-        let run = Run { map, renderer, settings, renderings, response, opened, seconds };
-        let metadata = run.metadata();
-        Ok(Run { response: Response { metadata, ..run.response }, ..run })
+        Ok(Run { renderer, settings, response, opened, seconds })
     }
-}
 
-impl Job<'_> {
+    /// The response of some of the receivers; `progress` receives the index of the source and the share of it that is done.
+    fn part(
+        &self,
+        renderer: &Renderer<'_>,
+        settings: &RenderSettings,
+        receivers: &[ReceiverPoint],
+        progress: impl Fn(usize, f64) + Send + Sync,
+    ) -> Result<Response> {
+        let Self { map, prepared, .. } = *self;
+        let mut sums = match prepared.sums(map, settings, receivers, renderer.batches()) {
+            Some(sums) => sums,
+            None => response::begin(map, renderer, receivers)?,
+        };
+        for (source, sums) in sums.iter_mut().enumerate() {
+            renderer.extend(sums, &mut |share| progress(source, share));
+        }
+        if renderer.batches() < map.header().settings.batches && self.receivers.len() <= PART {
+            prepared.keep_sums(map, settings, receivers, renderer.batches(), &sums);
+        }
+        let renderings: Vec<Rendering> = sums.into_iter().map(|sums| renderer.finish(sums)).collect();
+        let response = response::assemble(map, renderer, receivers, &renderings);
+        Ok(Response { metadata: metadata(map, renderer, settings, &renderings), ..response })
+    }
     /// What a rendering takes.
     fn demand(&self, renderer: &Renderer<'_>, settings: &RenderSettings) -> Demand {
         let traced = self.map.header().settings;
@@ -124,107 +135,105 @@ impl Job<'_> {
     }
 }
 
-impl Run<'_> {
-    /// Provenance: everything that decided the response and nothing that depends on machine or clock.
-    fn metadata(&self) -> Value {
-        let header = self.map.header();
-        let mut metadata = json!({
-            "tool": "sonel-render",
-            "tool_version": *VERSION,
-            "scene": header.scene.name,
-            "scene_digest": hexadecimal(&header.scene.digest),
-            "mesh_digest": hexadecimal(&header.scene.mesh_digest),
-            "map_digest": hexadecimal(&self.map.digest()),
-            "map_tool_version": header.tool_version,
-            "seed": self.settings.seed.unwrap_or(header.settings.seed),
-            "emissions": header.settings.emissions,
-            "batches": header.settings.batches,
-            "up": header.scene.up.to_array(),
-            "survival": header.settings.survival,
-            "options": {
-                "bin_s": self.settings.bin,
-                "estimator": self.settings.estimator.name(),
-                "order": self.settings.mirror_order,
-                "rays": self.settings.rays(header.settings.emissions),
-                "radius_m": self.settings.gather_radius,
-                "air_attenuation": self.renderer.attenuation(),
-            },
-            "sources": self.renderings.iter().zip(&header.scene.sources).map(|(rendering, source)| self.shares(rendering, source)).collect::<Vec<_>>(),
-        });
-        if let Some(volume) = self.renderer.volume() {
-            metadata["volume_m3"] = volume.into();
-        }
-        if self.renderer.batches() < header.settings.batches {
-            metadata["options"]["batches"] = self.renderer.batches().into();
-        }
-        if self.settings.directions {
-            metadata["options"]["directions"] = true.into();
-        }
-        if self.map.drawn_with().is_some() {
-            metadata["options"]["changed"] = self.changes();
-        }
-        metadata
+/// Provenance: everything that decided the response and nothing that depends on machine or clock.
+fn metadata(
+    map: &SonelMap,
+    renderer: &Renderer<'_>,
+    settings: &RenderSettings,
+    renderings: &[Rendering],
+) -> Value {
+    let header = map.header();
+    let sources = renderings.iter().zip(&header.scene.sources);
+    let mut metadata = json!({
+        "tool": "sonel-render",
+        "tool_version": *VERSION,
+        "scene": header.scene.name,
+        "scene_digest": hexadecimal(&header.scene.digest),
+        "mesh_digest": hexadecimal(&header.scene.mesh_digest),
+        "map_digest": hexadecimal(&map.digest()),
+        "map_tool_version": header.tool_version,
+        "seed": settings.seed.unwrap_or(header.settings.seed),
+        "emissions": header.settings.emissions,
+        "batches": header.settings.batches,
+        "up": header.scene.up.to_array(),
+        "survival": header.settings.survival,
+        "options": {
+            "bin_s": settings.bin,
+            "estimator": settings.estimator.name(),
+            "order": settings.mirror_order,
+            "rays": settings.rays(header.settings.emissions),
+            "radius_m": settings.gather_radius,
+            "air_attenuation": renderer.attenuation(),
+        },
+        "sources": sources.map(|(rendering, source)| shares(renderer, rendering, source)).collect::<Vec<_>>(),
+    });
+    if let Some(volume) = renderer.volume() {
+        metadata["volume_m3"] = volume.into();
     }
+    if renderer.batches() < header.settings.batches {
+        metadata["options"]["batches"] = renderer.batches().into();
+    }
+    if settings.directions {
+        metadata["options"]["directions"] = true.into();
+    }
+    if map.drawn_with().is_some() {
+        metadata["options"]["changed"] = changes(&header.scene);
+    }
+    metadata
+}
 
-    /// Materials and directivities in use.
-    fn changes(&self) -> Value {
-        let scene = &self.map.header().scene;
-        let materials: serde_json::Map<String, Value> = scene
-            .materials
-            .iter()
-            .map(|Material { name, absorption, scattering, transmission, .. }| {
-                let coefficients =
-                    json!({ "absorption": absorption, "scattering": scattering, "transmission": transmission });
-                (name.clone(), coefficients)
-            })
-            .collect();
-        let directivities: serde_json::Map<String, Value> = scene
-            .sources
-            .iter()
-            .map(|source| (source.name.clone(), directivity(&source.directivity)))
-            .collect();
-        json!({ "materials": materials, "directivities": directivities })
-    }
+/// Materials and directivities in use.
+fn changes(scene: &Scene) -> Value {
+    let materials: serde_json::Map<String, Value> = scene
+        .materials
+        .iter()
+        .map(|Material { name, absorption, scattering, transmission, .. }| {
+            let coefficients =
+                json!({ "absorption": absorption, "scattering": scattering, "transmission": transmission });
+            (name.clone(), coefficients)
+        })
+        .collect();
+    let directivities: serde_json::Map<String, Value> =
+        scene.sources.iter().map(|source| (source.name.clone(), directivity(&source.directivity))).collect();
+    json!({ "materials": materials, "directivities": directivities })
+}
 
-    /// Orders and energy per path class of one source, with the gain and delay that its scene states.
-    fn shares(&self, rendering: &Rendering, source: &Source) -> Value {
-        let classes: Vec<Value> = self
-            .renderer
-            .path_classes()
-            .map(|class| {
-                let energy = &rendering.class_energies[class as usize];
-                let energy: Vec<&[f64]> = energy.chunks(self.response.bands()).collect();
-                let samples = |receiver: usize| -> Vec<Option<f64>> {
-                    let bands = 0..self.response.bands();
-                    bands.map(|band| rendering.effective_sample_size(class, receiver, band)).collect()
-                };
-                json!({
-                    "class": class.notation(),
-                    "estimator": self.renderer.owner(class),
-                    "reason": self.renderer.reason(class, rendering.mirror_order),
-                    "energy": energy,
-                    "effective_sample_size": (0..energy.len()).map(samples).collect::<Vec<_>>(),
-                })
+/// Orders and energy per path class of one source, with the gain and delay that its scene states.
+fn shares(renderer: &Renderer<'_>, rendering: &Rendering, source: &Source) -> Value {
+    let bands = source.power_level_db.len();
+    let classes: Vec<Value> = renderer
+        .path_classes()
+        .map(|class| {
+            let energy: Vec<&[f64]> = rendering.class_energies[class as usize].chunks(bands).collect();
+            let samples = |receiver: usize| -> Vec<Option<f64>> {
+                (0..bands).map(|band| rendering.effective_sample_size(class, receiver, band)).collect()
+            };
+            json!({
+                "class": class.notation(),
+                "estimator": renderer.owner(class),
+                "reason": renderer.reason(class, rendering.mirror_order),
+                "energy": energy,
+                "effective_sample_size": (0..energy.len()).map(samples).collect::<Vec<_>>(),
             })
-            .collect();
-        let edges: Vec<Value> = rendering
-            .edge_work
-            .iter()
-            .map(|work| json!({ "computed": work.computed, "dropped_db": 10.0 * LOG10_E * libm::log1p(work.dropped) }))
-            .collect();
-        let mut shares = json!({
-            "mirror_order": rendering.mirror_order,
-            "image_order": rendering.image_order,
-            "sphere_radius_m": rendering.sphere_radius,
-            "edges": edges,
-            "classes": classes,
-        });
-        if !source.change.is_none() {
-            shares["gain_db"] = source.change.gain_db.into();
-            shares["delay_s"] = source.change.delay.into();
-        }
-        shares
+        })
+        .collect();
+    let edges: Vec<Value> = rendering
+        .edge_work
+        .iter()
+        .map(|work| json!({ "computed": work.computed, "dropped_db": 10.0 * LOG10_E * libm::log1p(work.dropped) }))
+        .collect();
+    let mut shares = json!({
+        "mirror_order": rendering.mirror_order,
+        "image_order": rendering.image_order,
+        "sphere_radius_m": rendering.sphere_radius,
+        "edges": edges,
+        "classes": classes,
+    });
+    if !source.change.is_none() {
+        shares["gain_db"] = source.change.gain_db.into();
+        shares["delay_s"] = source.change.delay.into();
     }
+    shares
 }
 
 /// A pattern's name; of a file also its directivity index per band and the side that is up.

@@ -19,7 +19,7 @@ use sonel_acoustics::Material;
 use sonel_analysis::what_if::{Fitness, fitness};
 use sonel_geometry::Geometry;
 use sonel_map::{Mode, SonelMap};
-use sonel_renderer::{Estimator, ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_renderer::{Estimator, ReceiverPoint, RenderSettings};
 use sonel_scene::Source;
 use sonel_study::plan::Plan;
 
@@ -70,7 +70,7 @@ pub struct ClassShare {
     /// Part of the energy of all receivers and bands, 0 … 1.
     pub share: f64,
     /// Estimator.
-    pub estimator: &'static str,
+    pub estimator: String,
 }
 
 impl Rendered {
@@ -292,7 +292,8 @@ impl PreparedRendering<'_> {
                 run.response.mark_as_part(shard.index, shard.count);
             }
             let comparison = plan.map(|plan| planning::compare(plan, &job, &run, self.opened));
-            let classes = run.renderings.iter().map(|rendering| classes(&run.renderer, rendering)).collect();
+            let sources = run.response.metadata["sources"].as_array();
+            let classes = sources.into_iter().flatten().map(classes).collect();
             let seconds = [run.opened, watch.seconds()];
             let header = self.map.header();
             let surroundings = Surroundings {
@@ -318,16 +319,19 @@ impl PreparedRendering<'_> {
     }
 }
 
-/// The shares of the path classes of a source.
-fn classes(renderer: &Renderer<'_>, rendering: &Rendering) -> Vec<ClassShare> {
-    let total: f64 = rendering.classes.iter().flat_map(|(_, energy)| energy).sum();
-    let share = |class: sonel_renderer::PathClass| {
-        let (_, energy) = &rendering.classes[class as usize];
-        ClassShare {
-            class: class.notation().to_owned(),
-            share: energy.iter().sum::<f64>() / total.max(f64::MIN_POSITIVE),
-            estimator: renderer.owner(class),
-        }
+/// The shares of the path classes of a source, from what the metadata state of it.
+fn classes(source: &Value) -> Vec<ClassShare> {
+    let classes: &[Value] = source["classes"].as_array().map_or(&[], Vec::as_slice);
+    let energy = |class: &Value| -> f64 {
+        let rows = class["energy"].as_array().into_iter().flatten();
+        rows.filter_map(Value::as_array).flatten().filter_map(Value::as_f64).sum()
     };
-    renderer.path_classes().map(share).collect()
+    let total: f64 = classes.iter().map(energy).sum();
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let share = |class: &Value| ClassShare {
+        class: text(&class["class"]),
+        share: energy(class) / total.max(f64::MIN_POSITIVE),
+        estimator: text(&class["estimator"]),
+    };
+    classes.iter().map(share).collect()
 }
