@@ -66,13 +66,11 @@ fn intervals_of_stopped_runs_cover_nine_tenths() {
     }
 }
 
-/// Level, T30 and C80 of every receiver and band of a default run, without a number of packets, as value and half-width.
-fn default_run(scene: &sonel::Scene, seed: u64) -> (u64, Vec<Option<[f64; 2]>>) {
-    let options = sonel::TraceOptions { seed: Some(seed), ..sonel::TraceOptions::default() };
-    let map = scene.trace(&options, &sonel::Silent).expect("a map").map;
-    let rendered = map.render(&[], &sonel::RenderOptions::default(), &sonel::Silent).expect("a response");
-    let rows = sonel_analysis::parameters(rendered.response.echograms());
-    let of = |row: &sonel_analysis::ReceiverParameters| -> Vec<Option<[f64; 2]>> {
+/// Level, T30 and C80 of every receiver and band, as value and half-width.
+type Found = Vec<Option<[f64; 2]>>;
+
+fn found(rendered: &sonel::Rendered) -> Found {
+    let of = |row: &sonel_analysis::ReceiverParameters| -> Found {
         let bands = row.bands.iter().flat_map(|band| FIGURES.map(|parameter| band.parameter(parameter)));
         bands
             .map(|found| {
@@ -82,33 +80,63 @@ fn default_run(scene: &sonel::Scene, seed: u64) -> (u64, Vec<Option<[f64; 2]>>) 
             })
             .collect()
     };
-    (map.sonels().header().settings.emissions, rows.iter().flat_map(of).collect())
+    sonel_analysis::parameters(rendered.response.echograms()).iter().flat_map(of).collect()
+}
+
+/// Checks that the intervals of `runs`, each with the effort that it chose, hold their mean.
+fn check(name: &str, runs: &[(u64, Found)]) {
+    let efforts: std::collections::BTreeSet<u64> = runs.iter().map(|(effort, _)| *effort).collect();
+    println!("{name}: {efforts:?}");
+    assert!(efforts.len() > 1, "runs of one length are no test of choosing it: {efforts:?}");
+    let (mut covered, mut halves, mut all) = (0, 0, 0);
+    for at in 0..runs[0].1.len() {
+        let values: Vec<[f64; 2]> = runs.iter().filter_map(|(_, found)| found[at]).collect();
+        let truth = values.iter().map(|[value, _]| value).sum::<f64>() / values.len() as f64;
+        let within =
+            |scale: f64| values.iter().filter(|[value, half]| (value - truth).abs() <= scale * half).count();
+        covered += within(1.0);
+        halves += within(0.5);
+        all += values.len();
+    }
+    let share = |count: usize| count as f64 / all as f64;
+    println!("{name}: coverage {:.3}, of half the width {:.3}", share(covered), share(halves));
+    assert!(share(covered) >= 0.90, "{name}: {}", share(covered));
+    assert!(share(halves) < 0.90, "{name}: an interval of half the width is found out");
+}
+
+fn scene(name: &str) -> sonel::Scene {
+    let path = format!("{}/../scenes/{name}/scene.toml", env!("CARGO_MANIFEST_DIR"));
+    sonel::Scene::load(path, &sonel::Silent).expect("a shipped scene")
 }
 
 /// The number of packets follows from what the first ones say, and differs between seeds.
 #[test]
 fn intervals_of_default_runs_cover_nine_tenths() {
     for (name, seeds) in [("shoebox", 100), ("coupled-door", 60)] {
-        let path = format!("{}/../scenes/{name}/scene.toml", env!("CARGO_MANIFEST_DIR"));
-        let scene = sonel::Scene::load(path, &sonel::Silent).expect("a shipped scene");
-        let runs: Vec<_> = (1..=seeds).map(|seed| default_run(&scene, seed)).collect();
-        let numbers: std::collections::BTreeSet<u64> = runs.iter().map(|(packets, _)| *packets).collect();
-        println!("{name}: {numbers:?} packets");
-        assert!(numbers.len() > 1, "runs of one length are no test of choosing it: {numbers:?}");
-        let (mut covered, mut halves, mut all) = (0, 0, 0);
-        for at in 0..runs[0].1.len() {
-            let values: Vec<[f64; 2]> = runs.iter().filter_map(|(_, found)| found[at]).collect();
-            let truth = values.iter().map(|[value, _]| value).sum::<f64>() / values.len() as f64;
-            let within = |scale: f64| {
-                values.iter().filter(|[value, half]| (value - truth).abs() <= scale * half).count()
-            };
-            covered += within(1.0);
-            halves += within(0.5);
-            all += values.len();
-        }
-        let share = |count: usize| count as f64 / all as f64;
-        println!("{name}: coverage {:.3}, of half the width {:.3}", share(covered), share(halves));
-        assert!(share(covered) >= 0.90, "{name}: {}", share(covered));
-        assert!(share(halves) < 0.90, "{name}: an interval of half the width is found out");
+        let scene = scene(name);
+        let run = |seed| {
+            let options = sonel::TraceOptions { seed: Some(seed), ..sonel::TraceOptions::default() };
+            let map = scene.trace(&options, &sonel::Silent).expect("a map").map;
+            let rendered =
+                map.render(&[], &sonel::RenderOptions::default(), &sonel::Silent).expect("a response");
+            (map.sonels().header().settings.emissions, found(&rendered))
+        };
+        check(name, &(1..=seeds).map(run).collect::<Vec<_>>());
     }
+}
+
+/// The number of batches follows from what the first quarter of them says.
+#[test]
+fn intervals_of_renderings_that_stop_cover_nine_tenths() {
+    let scene = scene("shoebox");
+    let until = Some("t30<2.2%,level<0.16dB,c80<0.35dB".parse().expect("targets"));
+    let options = sonel::RenderOptions { until, ..sonel::RenderOptions::default() };
+    let run = |seed| {
+        let options_of_map =
+            sonel::TraceOptions { packets: Some(10_000), seed: Some(seed), ..sonel::TraceOptions::default() };
+        let map = scene.trace(&options_of_map, &sonel::Silent).expect("a map").map;
+        let rendered = map.render(&[], &options, &sonel::Silent).expect("a response");
+        (rendered.response.echograms().batch_count() as u64, found(&rendered))
+    };
+    check("batches", &(1..=200).map(run).collect::<Vec<_>>());
 }

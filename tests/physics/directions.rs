@@ -7,7 +7,7 @@ use sonel_analysis::{Parameter, parameters};
 use sonel_echogram::Response;
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
-use sonel_renderer::{Estimator, RenderSettings};
+use sonel_renderer::{Estimator, RenderError, RenderSettings};
 use sonel_scene::{Receiver, Scene};
 use sonel_testkit::z_test::{Variance, z_test};
 use sonel_tests::{Traced, meshes};
@@ -158,7 +158,9 @@ fn receivers_without_a_lateral_axis_are_refused_by_name() {
     let settings = with_directions(Estimator::Auto);
     let receivers = sonel_study::response::receivers_of(&traced.map.header().scene);
     let renderer = traced.renderer(settings);
-    let problems = renderer.problems(&receivers);
+    let Err(RenderError::Receivers(problems)) = renderer.check_receivers(&receivers) else {
+        panic!("both are refused");
+    };
     assert_eq!(problems.len(), 2, "{problems:?}");
     assert!(problems[0].contains("\"receiver\" aims straight up") && problems[1].contains("cardioid"));
 }

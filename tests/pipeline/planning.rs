@@ -136,16 +136,31 @@ fn a_rendering_until_a_target_is_that_of_its_number_of_rays() {
 }
 
 #[test]
+fn a_target_that_some_batches_keep_takes_no_more_of_them() {
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--packets", "20k"]).unwrap();
+    let (outcome, report) = render_until(&folder, "a.sonelmap", "a.npz", &["--until", "t30<5%,level<0.5dB"]);
+    let (until, worst) = (&report["until"], &report["until"]["worst"]);
+    assert_eq!((outcome, &until["reached"]), (Outcome::Done, &Value::Bool(true)));
+    assert!(worst["half_width_jnd"].as_f64().unwrap() <= worst["limit_jnd"].as_f64().unwrap());
+    let batches = until["batches"].as_u64().unwrap();
+    assert!(batches < 32, "{until}");
+    render(&folder, "a.sonelmap", "b.npz", &["--batches", &batches.to_string()]).unwrap();
+    assert!(folder.bytes("a.npz") == folder.bytes("b.npz"), "{batches} batches");
+}
+
+#[test]
 fn rays_stop_where_they_may_be_no_more() {
     let folder = test_folder();
     trace(&folder, "a.sonelmap", &["--packets", "20k"]).unwrap();
     let gathered = ["--estimator", "gather", "--until", "level<0.01jnd"];
-    for bound in [["--rays", "2048"], ["--at-most", "0.001s"]] {
+    // A quarter of the batches, then, where there is time, all of them.
+    for (bound, iterations) in [(["--rays", "2048"], 2), (["--at-most", "0.001s"], 1)] {
         let (outcome, report) =
             render_until(&folder, "a.sonelmap", "a.npz", &[&gathered[..], &bound].concat());
         assert_eq!(
             (outcome, &report["until"]["iterations"]),
-            (Outcome::Missed, &Value::from(1)),
+            (Outcome::Missed, &Value::from(iterations)),
             "{bound:?}"
         );
         assert_eq!(report["until"]["reached"], false);
@@ -159,7 +174,7 @@ fn what_rays_cannot_reach_takes_the_sonels_that_are_said() {
     let folder = test_folder();
     trace(&folder, "a.sonelmap", &["--packets", "4k"]).unwrap();
     let (outcome, report) = render_until(&folder, "a.sonelmap", "a.npz", &["--until", "level<0.02jnd"]);
-    assert_eq!((outcome, &report["until"]["iterations"]), (Outcome::Missed, &Value::from(1)));
+    assert_eq!((outcome, &report["until"]["iterations"]), (Outcome::Missed, &Value::from(2)));
     render(&folder, "a.sonelmap", "b.npz", &[]).unwrap();
     assert!(folder.bytes("a.npz") == folder.bytes("b.npz"));
     let packets = report["until"]["packets_wanted"].as_u64().unwrap();

@@ -889,7 +889,7 @@ class Map(_Managed):
             Also store energies by direction of incidence, for LF, LFC and L_J. Receivers must be omnidirectional. The
             lateral axis is horizontal, at right angles to the aim, by default towards the first source.
         until, at_most
-            Add rays until the intervals are narrow enough.
+            Take more batches, then more rays, until the intervals are narrow enough.
         memory
             Own memory that the rendering may take [bytes], such as 8G: one that is predicted to take more is refused
             before it starts.

@@ -137,8 +137,9 @@ pub struct Arguments {
     /// more rays do not help; with --output, also render and compare.
     #[arg(long)]
     pub plan: bool,
-    /// Add rays until the half-width of every 95 % interval meets its target at every receiver; else exit code 1, and the log
-    /// states the rays or packets required. The response is that of --rays with the final number. Parameters: level, g, edt, t20, t30, c50,
+    /// Take more batches of the map, a quarter at first, then more rays until the half-width of every 95 % interval meets its target at
+    /// every receiver; else exit code 1, and the log states the rays or packets required. The response is that of --batches and --rays with the
+    /// final numbers. Parameters: level, g, edt, t20, t30, c50,
     /// c80, d50, ts; units: %, s, ms, dB, jnd.
     #[arg(long, value_name = "TARGETS", requires = "output")]
     pub until: Option<Targets>,

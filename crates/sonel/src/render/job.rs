@@ -29,6 +29,7 @@ pub static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_renderer::
 const SECONDS_PER_SONEL: f64 = 0.25e-6;
 
 /// Map and receivers of a rendering.
+#[derive(Clone, Copy)]
 pub(super) struct Job<'a> {
     /// The map.
     pub map: &'a SonelMap,

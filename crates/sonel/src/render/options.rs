@@ -46,7 +46,7 @@ pub struct RenderOptions {
     pub audience: Option<Audience>,
     /// The part of the receivers that is rendered; by default all.
     pub shard: Option<ShardRange>,
-    /// Adds rays until the intervals are as narrow as this.
+    /// Takes more batches, then more rays, until the intervals are as narrow as this.
     pub until: Option<Targets>,
     /// Limit of `until` and of plans [s], by the observer's clock.
     pub at_most: Option<f64>,
@@ -115,7 +115,7 @@ impl RenderOptions {
             (self.until.is_some() && self.shard.is_some())
                 .then(|| "`until` and `shard` cannot be combined".to_owned()),
             (self.until.is_some() && self.batches.is_some())
-                .then(|| "`until` adds rays to whole maps: leave `batches` out".to_owned()),
+                .then(|| "`until` chooses the batches: leave `batches` out".to_owned()),
         ];
         let problems: Vec<String> = problems.into_iter().flatten().collect();
         if problems.is_empty() { Ok(()) } else { Err(Error::Options(problems)) }

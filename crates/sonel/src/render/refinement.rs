@@ -36,10 +36,14 @@ impl Map {
     /// Numbers of batches of a [`Refinement`], ascending.
     #[must_use]
     pub fn refinement_steps(&self) -> Vec<u32> {
-        let all = self.sonels().header().settings.batches;
-        let first = all.div_ceil(FIRST).clamp(2.min(all), all);
-        std::iter::successors(Some(first), |&count| (count < all).then(|| (2 * count).min(all))).collect()
+        steps(self.sonels().header().settings.batches)
     }
+}
+
+/// An eighth of all batches, and twice as many from step to step, up to all.
+pub(super) fn steps(all: u32) -> Vec<u32> {
+    let first = all.div_ceil(FIRST).clamp(2.min(all), all);
+    std::iter::successors(Some(first), |&count| (count < all).then(|| (2 * count).min(all))).collect()
 }
 
 impl Iterator for Refinement<'_> {

@@ -1,4 +1,4 @@
-//! `until`: adds rays until the targets are met, else states the rays or packets required.
+//! `until`: takes more batches, then more rays, until the targets are met, else states the rays or packets required.
 
 use serde_json::{Value, json};
 use sonel_renderer::{MOST_RAYS, RenderSettings};
@@ -7,15 +7,20 @@ use sonel_study::plan::Names;
 use sonel_study::render_need::{Iteration, RenderNeed};
 use sonel_study::spread::readings;
 use sonel_study::target::Targets;
-use sonel_study::until::{Verdict, WORTH_WHILE, grown};
+use sonel_study::until::{MARGIN, Verdict, WORTH_WHILE, grown};
 
 use crate::Result;
 use crate::plan::{extension, overrun, reached, verdict, verdict_json};
 use crate::render::job::{Job, Run};
 use crate::render::planning::effort;
+use crate::render::refinement::steps;
 
 /// Rays of the second iteration over those of the first: their share of the variance halves, which shows it.
 const SECOND_LOOK: u32 = 2;
+
+/// Batches of the map over those of the first iteration: eight of 32, whose variance has a standard error of half of it. With four, intervals of
+/// runs that stop would hold in 92 instead of 93 of 100 at worst (means of normal numbers, 60 000 runs).
+const FIRST_BATCHES: u32 = 4;
 
 /// Targets and limits of a rendering.
 pub(super) struct Goal<'a> {
@@ -37,14 +42,19 @@ pub(super) struct Finished<'a> {
     pub told: Value,
 }
 
-/// Renders and evaluates, until the targets are kept, a bound is met, or more rays cannot help. The iterations are their own pilot: where the
-/// first is not enough, a second with more rays tells what rays bring.
+/// Renders and evaluates, until the targets are kept, a bound is met, or more rays cannot help. Where a part of the batches is enough, the others
+/// are left out. Iterations with all are their own pilot: where the first is not enough, a second with more rays tells what rays bring.
 pub(super) fn until<'a>(job: &Job<'a>, settings: &RenderSettings, goal: &Goal<'_>) -> Result<Finished<'a>> {
     let watch = job.watch;
     let header = job.map.header();
     let (parameters, names) = (goal.targets.parameters(), Names::of(&header.scene, job.receivers));
     let most = goal.rays.unwrap_or(MOST_RAYS);
-    let (mut rays, mut iterations) = (RenderSettings::default().rays(header.settings.emissions).min(most), 0);
+    let mut rays = RenderSettings::default().rays(header.settings.emissions).min(most);
+    let some = RenderSettings { rays: Some(rays), ..settings.clone() };
+    let mut iterations = match some_batches(job, &some, goal, &names)? {
+        SomeBatches::Enough(finished) => return Ok(finished),
+        SomeBatches::TooFew(iterations) => iterations,
+    };
     let mut before: Option<Iteration> = None;
     loop {
         let begin = job.watch.seconds().0;
@@ -70,9 +80,7 @@ pub(super) fn until<'a>(job: &Job<'a>, settings: &RenderSettings, goal: &Goal<'_
         match forecast.next(rays, most.min(affordable.max(0.0) as u32)) {
             Some(next) => (rays, before) = (next, Some(iteration)),
             None => {
-                let mut told = verdict_json(&names, &found, goal.targets);
-                told["rays"] = json!(rays);
-                told["iterations"] = json!(iterations);
+                let mut told = told(&names, &found, goal.targets, &run, iterations);
                 told["rays_wanted"] = json!(forecast.rays_wanted());
                 told["packets_wanted"] = json!(forecast.packets_wanted());
                 let has_time = forecast.next(rays, most).is_none();
@@ -86,6 +94,66 @@ pub(super) fn until<'a>(job: &Job<'a>, settings: &RenderSettings, goal: &Goal<'_
             }
         }
     }
+}
+
+/// Result of iterations with a part of the batches.
+enum SomeBatches<'a> {
+    /// They keep the targets, or there is no time for more.
+    Enough(Finished<'a>),
+    /// The number of iterations; all batches are needed.
+    TooFew(u32),
+}
+
+/// Renders a quarter of the batches and, where that promises to be enough, more of them.
+fn some_batches<'a>(
+    job: &Job<'a>,
+    settings: &RenderSettings,
+    goal: &Goal<'_>,
+    names: &Names,
+) -> Result<SomeBatches<'a>> {
+    let (watch, targets, all) = (job.watch, goal.targets, job.map.header().settings.batches);
+    let (mut batches, mut iterations) = (all.div_ceil(FIRST_BATCHES), 0);
+    while batches < all {
+        let begin = watch.seconds().0;
+        let run = Job { batches: Some(batches), ..*job }.render(settings.clone())?;
+        iterations += 1;
+        let read = readings(&sonel_analysis::parameters(&run.response), &targets.parameters());
+        let found = Verdict::new(&read, targets);
+        watch.info(&format!("{batches} of {all} batches: {}", verdict(names, &found, targets)));
+        let next = next_batches(batches, all, &found);
+        let now = watch.seconds().0;
+        let end = now + (now - begin) * f64::from(next - batches) / f64::from(batches);
+        let has_time = goal.seconds.is_none_or(|limit| end <= limit);
+        if found.is_reached() || !has_time {
+            let limit = if has_time { "" } else { " (time limit of `at_most`)" };
+            watch.info(&format!("{} with {batches} of {all} batches{limit}: {targets}", reached(&found)));
+            overrun(goal.seconds, now).iter().for_each(|sentence| watch.info(sentence));
+            let told = json!({ "until": told(names, &found, targets, &run, iterations) });
+            return Ok(SomeBatches::Enough(Finished { run, verdict: found, told }));
+        }
+        batches = next;
+    }
+    Ok(SomeBatches::TooFew(iterations))
+}
+
+/// Batches of a next iteration. Half-widths go with the root of their number; what cannot be read yet may need all of them.
+fn next_batches(batches: u32, all: u32, found: &Verdict) -> u32 {
+    let needed = match found.worst {
+        Some(worst) if found.not_estimable.is_empty() => {
+            MARGIN * f64::from(batches) * worst.excess() * worst.excess()
+        }
+        _ => f64::INFINITY,
+    };
+    steps(all).into_iter().find(|&step| step > batches && f64::from(step) >= needed).unwrap_or(all)
+}
+
+/// Findings of the last iteration, as the report states them.
+fn told(names: &Names, found: &Verdict, targets: &Targets, run: &Run<'_>, iterations: u32) -> Value {
+    let mut told = verdict_json(names, found, targets);
+    told["rays"] = json!(run.settings.rays);
+    told["batches"] = json!(run.renderer.batches());
+    told["iterations"] = json!(iterations);
+    told
 }
 
 /// Prediction for the next iteration from those so far.
