@@ -87,7 +87,7 @@ impl<const N: usize> Integral<N> {
             for ((p, values), decays) in nodes.iter().zip(decays.chunks_exact_mut(count)) {
                 let values = of(values);
                 // From the third panel on each has its nodes at twice the t of the one before.
-                let left = if panel < 2 { numbers.decay(*p, decays) } else { numbers.decay_on(*p, decays) };
+                let left = numbers.decay(*p, panel >= 2, decays);
                 for (sum, &decay) in sums.iter_mut().zip(left) {
                     for (sum, value) in sum.iter_mut().zip(values) {
                         *sum += value * decay;

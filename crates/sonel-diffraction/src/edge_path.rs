@@ -158,9 +158,7 @@ impl EdgePath {
 
     /// Slowly varying amplitudes of all waves of piece `piece` together [1/m].
     pub(crate) fn slow_totals(&self, piece: usize, numbers: &WaveNumbers) -> Vec<Complex> {
-        let totals =
-            self.pieces[piece].integral.at(numbers, |&[direct, first, second]| [direct + first + second]);
-        totals.into_iter().map(|[total]| total).collect()
+        self.pieces[piece].integral.at(numbers, total).into_flattened()
     }
 
     /// The field at every wave number by wave, relative to a source of free field e^(−jkr)/r [1/m].
@@ -172,8 +170,7 @@ impl EdgePath {
     /// The field of all waves together at every wave number [1/m].
     #[must_use]
     pub fn totals(&self, numbers: &WaveNumbers) -> Vec<Complex> {
-        let totals = self.sum(numbers, |&[direct, first, second]| [direct + first + second]);
-        totals.into_iter().map(|[total]| total).collect()
+        self.sum(numbers, total).into_flattened()
     }
 
     fn sum<const N: usize>(
@@ -199,6 +196,11 @@ impl EdgePath {
     pub fn field(&self, k: f64) -> [Complex; WAVES] {
         self.fields(&k.into())[0]
     }
+}
+
+/// All waves together.
+fn total(&[direct, first, second]: &[Complex; WAVES]) -> [Complex; 1] {
+    [direct + first + second]
 }
 
 impl Unfolded {

@@ -98,13 +98,6 @@ impl Spectrum {
         Wave { length, amplitude: vec![Complex::real(amplitude); self.cells.len()] }
     }
 
-    /// The field of `waves`, ready for products.
-    fn field<W: Borrow<Wave>>(&self, waves: &[W]) -> Field {
-        let turned: Vec<TurnedWave> = waves.iter().map(|wave| self.turned(wave.borrow())).collect();
-        let loudest = turned.iter().map(|wave| wave.largest_square).fold(0.0, f64::max);
-        Field { waves: turned, loudest }
-    }
-
     fn turned(&self, wave: &Wave) -> TurnedWave {
         let at_receiver =
             |(cell, &amplitude): (&Cell, &Complex)| amplitude * Complex::unit(-cell.k * wave.length);
@@ -158,14 +151,15 @@ impl Spectrum {
     /// Mean of |p|² of the field of `waves` per band [1/m²].
     #[must_use]
     pub fn energy<W: Borrow<Wave>>(&self, waves: &[W]) -> Vec<f64> {
-        let field = self.field(waves);
+        let waves: Vec<TurnedWave> = waves.iter().map(|wave| self.turned(wave.borrow())).collect();
+        let loudest = waves.iter().map(|wave| wave.largest_square).fold(0.0, f64::max);
         let once: Vec<f64> = self.cells.iter().map(|cell| cell.weight).collect();
         let twice: Vec<f64> = once.iter().map(|weight| 2.0 * weight).collect();
-        let least = NEGLIGIBLE * field.loudest;
+        let least = NEGLIGIBLE * loudest;
         let mut sum = vec![0.0; self.bands];
-        for (index, wave) in field.waves.iter().enumerate() {
+        for (index, wave) in waves.iter().enumerate() {
             self.add(wave, std::slice::from_ref(wave), &once, least, &mut sum);
-            self.add(wave, &field.waves[index + 1..], &twice, least, &mut sum);
+            self.add(wave, &waves[index + 1..], &twice, least, &mut sum);
         }
         debug_assert!(sum.iter().all(|energy| energy.is_finite()), "{sum:?}");
         // The mean of a square: what rounding leaves below zero is zero.
@@ -173,13 +167,7 @@ impl Spectrum {
     }
 }
 
-/// Waves whose phases at the receiver are known in every cell, so that products of thousands of pairs need no sine.
-struct Field {
-    waves: Vec<TurnedWave>,
-    /// Largest |amplitude|² of any wave and cell [1/m²].
-    loudest: f64,
-}
-
+/// A wave whose phases at the receiver are known in every cell, so that products of thousands of pairs need no sine.
 #[derive(Debug, Clone, PartialEq)]
 struct TurnedWave {
     length: f64,

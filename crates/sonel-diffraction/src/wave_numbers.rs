@@ -33,27 +33,15 @@ impl WaveNumbers {
         &self.values
     }
 
-    /// e^(−kp), `p` in [m], of those at which it is not spent; written to `decays`, which has a place for each.
-    pub(crate) fn decay<'a>(&self, p: f64, decays: &'a mut [f64]) -> &'a [f64] {
-        let left = self.values.partition_point(|k| k * p <= SPENT);
-        for (index, (k, half)) in self.values[..left].iter().zip(&self.halves).enumerate() {
-            decays[index] = match half {
-                Some(half) => decays[*half] * decays[*half],
-                None => libm::exp(-k * p),
-            };
-        }
-        &decays[..left]
-    }
-
-    /// The same where `decays` are those of ¼ `p`.
-    pub(crate) fn decay_on<'a>(&self, p: f64, decays: &'a mut [f64]) -> &'a [f64] {
+    /// e^(−kp), `p` in [m], of those at which it is not spent; written to `decays`, which has a place for each and may hold those of ¼ `p`
+    /// (`hold_quarter`).
+    pub(crate) fn decay<'a>(&self, p: f64, hold_quarter: bool, decays: &'a mut [f64]) -> &'a [f64] {
         // Powers of what is next to 1 would be rounding.
-        if self.values.last().is_some_and(|k| k * p < SMALLEST) {
-            return self.decay(p, decays);
-        }
+        let are_next_to_one = self.values.last().is_some_and(|k| k * p < SMALLEST);
         let left = self.values.partition_point(|k| k * p <= SPENT);
         for index in 0..left {
-            decays[index] = match (self.fourfold[index], self.halves[index]) {
+            let fourfold = self.fourfold[index].filter(|_| hold_quarter && !are_next_to_one);
+            decays[index] = match (fourfold, self.halves[index]) {
                 (Some(fourfold), _) => decays[fourfold],
                 (None, Some(half)) => decays[half] * decays[half],
                 (None, None) => libm::exp(-self.values[index] * p),
@@ -78,13 +66,13 @@ mod tests {
         let numbers = WaveNumbers::new(vec![1.1, 1.7, 2.2, 3.4, 4.4, 5.0]);
         assert_eq!(numbers.halves, [None, None, Some(0), Some(1), Some(2), None]);
         let mut decays = [0.0; 6];
-        for (decay, k) in numbers.decay(0.7, &mut decays).iter().zip(numbers.values()) {
+        for (decay, k) in numbers.decay(0.7, false, &mut decays).iter().zip(numbers.values()) {
             assert!((decay / (-0.7 * k).exp() - 1.0).abs() < 1e-14);
         }
-        numbers.decay(0.7, &mut decays);
-        for (decay, k) in numbers.decay_on(2.8, &mut decays).iter().zip(numbers.values()) {
+        numbers.decay(0.7, false, &mut decays);
+        for (decay, k) in numbers.decay(2.8, true, &mut decays).iter().zip(numbers.values()) {
             assert!((decay / (-2.8 * k).exp() - 1.0).abs() < 1e-14);
         }
-        assert_eq!(numbers.decay(10.0, &mut decays).len(), 3, "beyond e^(−30) nothing is asked for");
+        assert_eq!(numbers.decay(10.0, false, &mut decays).len(), 3, "beyond e^(−30) nothing is asked for");
     }
 }

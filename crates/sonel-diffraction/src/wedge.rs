@@ -6,9 +6,6 @@ use std::f64::consts::{PI, TAU};
 /// Angle [rad] within which a point behind a face counts as on it: a micrometre at 10 m.
 const ON_FACE: f64 = 1e-7;
 
-/// Sine of the angle up to which edges are parallel [1], and least distance of two [m]: a micrometre in a metre.
-const PARALLEL: f64 = 1e-6;
-
 /// A rigid wedge with a finite edge. The air about it spans an angle above 0 and up to 2π.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wedge {
@@ -57,19 +54,6 @@ impl Wedge {
         Self { start: self.at(start), length: end - start, ..*self }
     }
 
-    /// Its image in the plane normal · x = `offset` [m].
-    #[must_use]
-    pub fn image(&self, normal: DVec3, offset: f64) -> Self {
-        let turned = |direction: DVec3| direction - 2.0 * direction.dot(normal) * normal;
-        Self {
-            start: turned(self.start) + 2.0 * offset * normal,
-            along: turned(self.along),
-            inward: turned(self.inward),
-            normal: turned(self.normal),
-            ..*self
-        }
-    }
-
     /// Angle of the air [rad].
     #[must_use]
     pub fn angle(&self) -> f64 {
@@ -105,27 +89,6 @@ impl Wedge {
     pub fn inward(&self, second: bool) -> DVec3 {
         let (sine, cosine) = if second { libm::sincos(self.angle) } else { (0.0, 1.0) };
         self.inward * cosine + self.normal * sine
-    }
-
-    /// Sine of the angle between the lines of this edge and of `other` [1].
-    #[must_use]
-    pub fn sine_to(&self, other: &Self) -> f64 {
-        self.along.cross(other.along).length()
-    }
-
-    /// The distance to the line of `other` [m], where that runs in parallel beside this edge.
-    #[must_use]
-    pub fn across(&self, other: &Self) -> Option<f64> {
-        if self.sine_to(other) > PARALLEL {
-            return None;
-        }
-        let along = |place: f64| (other.at(place) - self.start).dot(self.along);
-        let (low, high) = (along(0.0), along(other.length));
-        if low.max(high) <= 0.0 || low.min(high) >= self.length {
-            return None;
-        }
-        let width = (other.start - self.start).reject_from_normalized(self.along).length();
-        (width > PARALLEL).then_some(width)
     }
 
     /// The place in the plane of the first or the `second` face that is beyond the edge as far and as high as `point`.
@@ -206,18 +169,6 @@ mod tests {
         let first = corner().locate(DVec3::new(1.0, -1e-12, 0.0)).unwrap();
         assert!(first.angle.abs() < 1e-12);
         assert!(corner().locate(DVec3::Z).unwrap().radius <= 0.0);
-    }
-
-    #[test]
-    fn an_image_has_its_air_where_the_mirror_shows_it() {
-        let (wedge, normal) = (corner(), DVec3::new(0.6, 0.0, 0.8));
-        let image = |point: DVec3| point + 2.0 * (0.3 - point.dot(normal)) * normal;
-        for point in [DVec3::new(0.4, 2.0, 1.0), DVec3::new(-1.0, -0.2, 5.0)] {
-            let (there, here) = (wedge.image(normal, 0.3).locate(image(point)), wedge.locate(point));
-            let (there, here) = (there.unwrap(), here.unwrap());
-            assert!((there.angle - here.angle).abs() < 1e-12 && (there.along - here.along).abs() < 1e-12);
-        }
-        assert!(wedge.image(normal, 0.3).locate(image(DVec3::new(1.0, -1.0, 0.0))).is_none());
     }
 
     #[test]

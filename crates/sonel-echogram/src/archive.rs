@@ -5,7 +5,7 @@
 //! damaged.
 
 use std::collections::HashMap;
-use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::marker::PhantomData;
 
 use zip::write::SimpleFileOptions;
@@ -111,27 +111,11 @@ fn add_to_digest(digest: &mut blake3::Hasher, name: &str, content: blake3::Hash)
     digest.update(blake3::hash(name.as_bytes()).as_bytes()).update(content.as_bytes());
 }
 
-/// Passes on the content of an array and hashes it.
-struct Hashed<'a, W: Write + Seek> {
-    zip: &'a mut ZipWriter<UntilFailure<W>>,
-    content: &'a mut blake3::Hasher,
-}
-
-impl<W: Write + Seek> Write for Hashed<'_, W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = self.zip.write(bytes)?;
-        self.content.update(&bytes[..written]);
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.zip.flush()
-    }
-}
-
 /// An array being written, see [`ArchiveWriter::array`].
 pub struct ArrayWriter<'a, T: Number, W: Write + Seek> {
-    out: BufWriter<Hashed<'a, W>>,
+    archive: &'a mut ArchiveWriter<W>,
+    /// Bytes that are not in the archive yet.
+    buffer: Vec<u8>,
     /// Values that are still to come.
     missing: usize,
     values: PhantomData<T>,
@@ -144,11 +128,12 @@ impl<T: Number, W: Write + Seek> ArrayWriter<'_, T, W> {
     /// When the archive cannot be written, or the values are more than the shape says.
     pub fn extend(&mut self, values: &[T]) -> io::Result<()> {
         self.missing = self.missing.checked_sub(values.len()).ok_or_else(wrong_count)?;
-        let mut bytes = Vec::new();
-        for some in values.chunks(BUFFER / 8) {
-            bytes.clear();
-            some.iter().for_each(|value| value.put(&mut bytes));
-            self.out.write_all(&bytes)?;
+        for value in values {
+            value.put(&mut self.buffer);
+            if self.buffer.len() >= BUFFER {
+                self.archive.put(&self.buffer)?;
+                self.buffer.clear();
+            }
         }
         Ok(())
     }
@@ -157,8 +142,8 @@ impl<T: Number, W: Write + Seek> ArrayWriter<'_, T, W> {
     ///
     /// # Errors
     /// When the archive cannot be written, or the values are fewer than the shape says.
-    pub fn finish(mut self) -> io::Result<()> {
-        if self.missing > 0 { Err(wrong_count()) } else { self.out.flush() }
+    pub fn finish(self) -> io::Result<()> {
+        if self.missing > 0 { Err(wrong_count()) } else { self.archive.put(&self.buffer) }
     }
 }
 
@@ -186,10 +171,9 @@ impl<W: Write + Seek> ArchiveWriter<W> {
         shape: &[usize],
     ) -> Result<ArrayWriter<'_, T, W>, ResponseError> {
         let missing: usize = shape.iter().product();
-        let out = self.begin(key, size_of::<T>().saturating_mul(missing))?;
-        let mut out = BufWriter::with_capacity(BUFFER, out);
-        header::write(&mut out, T::TYPE, shape)?;
-        Ok(ArrayWriter { out, missing, values: PhantomData })
+        self.begin(key, size_of::<T>().saturating_mul(missing))?;
+        let buffer = header::written(T::TYPE, shape)?;
+        Ok(ArrayWriter { archive: self, buffer, missing, values: PhantomData })
     }
 
     /// Adds numbers in row-major order.
@@ -213,14 +197,13 @@ impl<W: Write + Seek> ArchiveWriter<W> {
     /// When the archive cannot be written.
     pub fn texts(&mut self, key: &str, shape: &[usize], values: &[&str]) -> Result<(), ResponseError> {
         let width = values.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
-        let mut bytes = Vec::new();
+        let mut bytes = header::written(&format!("<U{width}"), shape)?;
         for text in values {
             let codes = text.chars().map(u32::from).chain(std::iter::repeat(0)).take(width);
             codes.for_each(|code| code.put(&mut bytes));
         }
-        let mut out = self.begin(key, bytes.len())?;
-        header::write(&mut out, &format!("<U{width}"), shape)?;
-        Ok(out.write_all(&bytes)?)
+        self.begin(key, bytes.len())?;
+        Ok(self.put(&bytes)?)
     }
 
     /// Completes the archive with a digest of all its arrays (`ArchiveReader::check_digest`) and returns what it was written to.
@@ -250,7 +233,7 @@ impl<W: Write + Seek> ArchiveWriter<W> {
         }
     }
 
-    fn begin(&mut self, key: &str, bytes: usize) -> Result<Hashed<'_, W>, ResponseError> {
+    fn begin(&mut self, key: &str, bytes: usize) -> Result<(), ResponseError> {
         self.complete_array();
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
@@ -258,8 +241,13 @@ impl<W: Write + Seek> ArchiveWriter<W> {
             .unix_permissions(0o644)
             .large_file(bytes > LARGE_ENTRY);
         self.array.0 = format!("{key}.npy");
-        self.zip.start_file(&self.array.0, options).map_err(broken)?;
-        Ok(Hashed { zip: &mut self.zip, content: &mut self.array.1 })
+        self.zip.start_file(&self.array.0, options).map_err(broken)
+    }
+
+    /// Adds to the content of the array that was begun.
+    fn put(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.array.1.update(bytes);
+        self.zip.write_all(bytes)
     }
 }
 
@@ -336,14 +324,10 @@ impl<R: Read + Seek> ArchiveReader<R> {
     pub fn array<T: Element>(&mut self, key: &str) -> Result<Option<Shaped<T>>, ResponseError> {
         let Some(index) = self.zip.index_for_name(&format!("{key}.npy")) else { return Ok(None) };
         let bytes = self.content(index)?;
-        let wrong = |problem: String| ResponseError::Array { key: key.to_owned(), problem };
-        let header::PlainArray { element, is_by_columns, shape, payload } =
-            header::read(&bytes).map_err(wrong)?;
+        let header::PlainArray { element, shape, payload } =
+            header::read(&bytes).map_err(|problem| wrong(key, problem))?;
         if !T::is(element) {
-            return Err(wrong(format!("has another type: {element}")));
-        }
-        if is_by_columns && shape.len() > 1 {
-            return Err(wrong("is stored by columns".to_owned()));
+            return Err(wrong(key, format!("has another type: {element}")));
         }
         let count: usize = shape.iter().product();
         let values = T::read(payload, payload.len() / count.max(1));
@@ -382,6 +366,11 @@ impl<R: Read + Seek> ArchiveReader<R> {
         let damaged = "names or contents of arrays do not match the digest";
         if is_same { Ok(()) } else { Err(ResponseError::Archive(damaged.to_owned())) }
     }
+}
+
+/// The error of an array that is not what the interface says.
+pub(crate) fn wrong(key: &str, problem: String) -> ResponseError {
+    ResponseError::Array { key: key.to_owned(), problem }
 }
 
 fn broken(error: zip::result::ZipError) -> ResponseError {

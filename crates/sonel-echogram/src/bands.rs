@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::directions::{Directions, Lateral};
-use crate::response::{Arrivals, Batches, Missing, Response};
+use crate::response::{Arrivals, Missing, Response};
 
 impl Response {
     /// The response in the bands of `range` alone; its metadata are empty.
@@ -14,31 +14,18 @@ impl Response {
     pub fn of_bands(&self, range: Range<usize>) -> Self {
         assert!(range.start < range.end && range.end <= self.bands(), "bands of the response");
         let bands = self.bands();
-        let some = |values: &[f64]| part(values, bands, values.len() / self.rows(), &range);
+        let by_source = |values: &[f64]| part(values, bands, 1, &range);
         let energy = |values: &[f64]| part(values, bands, self.bins(), &range);
         let coarse_bins = self.batches.as_ref().map_or(0, |batches| batches.bins);
         let coarse = |values: &[f32]| part(values, bands, coarse_bins, &range);
-        let by_source = |values: &[f64]| part(values, bands, 1, &range);
         Self {
             center_frequency_hz: self.center_frequency_hz[range.clone()].to_vec(),
-            time_edges_s: self.time_edges_s.clone(),
-            receiver_names: self.receiver_names.clone(),
-            receiver_positions: self.receiver_positions.clone(),
-            receiver_directivities: self.receiver_directivities.clone(),
-            source_names: self.source_names.clone(),
-            source_positions: self.source_positions.clone(),
             source_power_level_db: by_source(&self.source_power_level_db),
-            speed_of_sound: self.speed_of_sound,
-            characteristic_impedance: self.characteristic_impedance,
-            direct_times_s: self.direct_times_s.clone(),
             energy: energy(&self.energy),
-            batches: self.batches.as_ref().map(|batches| Batches {
-                weight: batches.weight.clone(),
-                time_edges_s: batches.time_edges_s.clone(),
-                bins: batches.bins,
-                energy: coarse(&batches.energy),
-                kernel_difference: coarse(&batches.kernel_difference),
-            }),
+            batches: self
+                .batches
+                .as_ref()
+                .map(|batches| batches.with(coarse(&batches.energy), coarse(&batches.kernel_difference))),
             missing: self.missing.as_ref().map(|missing| Missing {
                 fluence: by_source(&missing.fluence),
                 decay_rate: by_source(&missing.decay_rate),
@@ -51,15 +38,10 @@ impl Response {
                     energy_batches: coarse(&lateral.energy_batches),
                     kernel_difference: coarse(&lateral.kernel_difference),
                 }),
-                moment: some(&directions.moment),
+                moment: part(&directions.moment, bands, 3 * self.bins(), &range),
             }),
-            metadata: serde_json::Value::Null,
+            ..self.silent()
         }
-    }
-
-    /// S · R · B.
-    fn rows(&self) -> usize {
-        self.sources() * self.receivers() * self.bands()
     }
 }
 

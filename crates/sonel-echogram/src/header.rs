@@ -6,7 +6,7 @@
 //!
 //! References: NumPy Enhancement Proposal 1, the array format.
 
-use std::io::{self, Write};
+use std::io;
 
 /// Bytes before the text of a header of version 1.0: signature, version, length [bytes].
 const PREAMBLE: usize = 10;
@@ -22,8 +22,6 @@ const DEEPEST: usize = 2;
 pub struct PlainArray<'a> {
     /// Type of the elements as numpy writes it, such as `<f8`.
     pub element: &'a str,
-    /// Whether the first axis varies fastest, as in Fortran.
-    pub is_by_columns: bool,
     pub shape: Vec<usize>,
     pub payload: &'a [u8],
 }
@@ -52,27 +50,28 @@ pub fn read(array: &[u8]) -> Result<PlainArray<'_>, String> {
         (Some(shape), Some(announced)) if announced == payload.len() => {
             let is_by_columns =
                 value_of(header, "'fortran_order'").is_ok_and(|value| value.starts_with("True"));
-            Ok(PlainArray { element, is_by_columns, shape, payload })
+            if is_by_columns && shape.len() > 1 {
+                return Err("is stored by columns".to_owned());
+            }
+            Ok(PlainArray { element, shape, payload })
         }
         (_, Some(announced)) => Err(format!("announces {announced} bytes, but holds {}", payload.len())),
         _ => Err("has a header without a readable type or shape".to_owned()),
     }
 }
 
-/// Writes the header of an array of `element`s: version 1.0, a comma after every axis, filled up with blanks to whole lines of 64 bytes.
+/// The header of an array of `element`s: version 1.0, a comma after every axis, filled up with blanks to whole lines of 64 bytes.
 ///
 /// # Errors
-/// When `out` cannot be written.
-pub fn write(out: &mut dyn Write, element: &str, shape: &[usize]) -> io::Result<()> {
+/// When there are too many axes.
+pub fn written(element: &str, shape: &[usize]) -> io::Result<Vec<u8>> {
     let axes: String = shape.iter().map(|length| format!("{length}, ")).collect();
     let mut header = format!("{{'descr': '{element}', 'fortran_order': False, 'shape': ({axes}), }}");
     let length = (PREAMBLE + header.len() + 1).next_multiple_of(LINE) - PREAMBLE;
     header += &" ".repeat(length - 1 - header.len());
     header.push('\n');
     let stated = u16::try_from(length).map_err(|_| io::Error::other("an array has too many axes"))?;
-    out.write_all(b"\x93NUMPY\x01\x00")?;
-    out.write_all(&stated.to_le_bytes())?;
-    out.write_all(header.as_bytes())
+    Ok([b"\x93NUMPY\x01\x00", &stated.to_le_bytes()[..], header.as_bytes()].concat())
 }
 
 /// Bytes an element takes [bytes]; none for types that no response has.
@@ -145,8 +144,7 @@ mod tests {
         let cases: [(&str, &[usize], &str); 3] =
             [("<f8", &[2, 3], "(2, 3, )"), ("<u4", &[5], "(5, )"), ("<U7", &[], "()")];
         for (element, shape, written) in cases {
-            let mut bytes = Vec::new();
-            write(&mut bytes, element, shape).unwrap();
+            let bytes = super::written(element, shape).unwrap();
             let text = format!("{{'descr': '{element}', 'fortran_order': False, 'shape': {written}, }}");
             assert_eq!(bytes, array(&format!("{text:117}\n"), 0));
         }

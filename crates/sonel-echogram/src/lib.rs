@@ -5,6 +5,7 @@
 //! numpy archives uses [`ArchiveWriter`].
 
 mod archive;
+mod arrays;
 mod bands;
 mod borders;
 mod check;

@@ -2,7 +2,7 @@
 
 use std::io::{Read, Seek};
 
-use crate::archive::{ArchiveReader, Element};
+use crate::archive::{ArchiveReader, Element, wrong};
 use crate::check::check;
 use crate::directions::LATERAL_KEYS;
 use crate::{
@@ -16,8 +16,11 @@ impl Response {
     /// # Errors
     /// When the file is no archive, is damaged, lacks an array, or arrays contradict each other or hold impossible values.
     pub fn read(input: impl Read + Seek) -> Result<Self, ResponseError> {
-        let mut file = Arrays { archive: ArchiveReader::new(input)? };
-        file.version()?;
+        let mut file = ArchiveReader::new(input)?;
+        match file.scalar("format_version")? {
+            FORMAT_VERSION => {}
+            found => return Err(ResponseError::Version { found }),
+        }
         let center_frequency_hz: Vec<f64> = file.list("center_frequency_hz")?;
         let time_edges_s: Vec<f64> = file.list("time_edges_s")?;
         let receiver_names: Vec<String> = file.list("receiver_name")?;
@@ -46,33 +49,18 @@ impl Response {
             source_names,
             energy,
         };
-        file.archive.check_digest()?;
+        file.check_digest()?;
         check(&response)?;
         Ok(response)
     }
 }
 
-struct Arrays<R: Read + Seek> {
-    archive: ArchiveReader<R>,
-}
-
-impl<R: Read + Seek> Arrays<R> {
-    fn version(&mut self) -> Result<(), ResponseError> {
-        match self.scalar("format_version")? {
-            FORMAT_VERSION => Ok(()),
-            found => Err(ResponseError::Version { found }),
-        }
-    }
-
+impl<R: Read + Seek> ArchiveReader<R> {
     /// A required array of one axis and any length.
     fn list<T: Element>(&mut self, key: &str) -> Result<Vec<T>, ResponseError> {
-        let (shape, values) =
-            self.archive.array(key)?.ok_or_else(|| ResponseError::Missing(key.to_owned()))?;
+        let (shape, values) = self.array(key)?.ok_or_else(|| ResponseError::Missing(key.to_owned()))?;
         if shape.len() != 1 {
-            return Err(ResponseError::Array {
-                key: key.to_owned(),
-                problem: format!("has shape {shape:?} instead of one axis"),
-            });
+            return Err(wrong(key, format!("has shape {shape:?} instead of one axis")));
         }
         Ok(values)
     }
@@ -82,10 +70,9 @@ impl<R: Read + Seek> Arrays<R> {
         key: &str,
         expected: &[usize],
     ) -> Result<Option<Vec<T>>, ResponseError> {
-        let Some((shape, values)) = self.archive.array(key)? else { return Ok(None) };
+        let Some((shape, values)) = self.array(key)? else { return Ok(None) };
         if shape != expected {
-            let problem = format!("has shape {shape:?} instead of {expected:?}");
-            return Err(ResponseError::Array { key: key.to_owned(), problem });
+            return Err(wrong(key, format!("has shape {shape:?} instead of {expected:?}")));
         }
         Ok(Some(values))
     }
@@ -114,18 +101,16 @@ impl<R: Read + Seek> Arrays<R> {
     }
 
     fn batches(&mut self, s: usize, r: usize, b: usize) -> Result<Option<Batches>, ResponseError> {
-        if !self.archive.contains("batch_weight") {
+        if !self.contains("batch_weight") {
             return Ok(None);
         }
         let weight: Vec<f64> = self.list("batch_weight")?;
-        let (shape, time_edges_s) = self
-            .archive
-            .array::<f64>("batch_time_edges_s")?
-            .ok_or_else(|| ResponseError::Missing("batch_time_edges_s".to_owned()))?;
+        let key = "batch_time_edges_s";
+        let (shape, time_edges_s) =
+            self.array::<f64>(key)?.ok_or_else(|| ResponseError::Missing(key.to_owned()))?;
         let bins = shape.last().copied().unwrap_or(0).saturating_sub(1);
         if shape != [s, r, bins + 1] {
-            let problem = format!("has shape {shape:?} instead of [{s}, {r}, bins + 1]");
-            return Err(ResponseError::Array { key: "batch_time_edges_s".to_owned(), problem });
+            return Err(wrong(key, format!("has shape {shape:?} instead of [{s}, {r}, bins + 1]")));
         }
         let energy: Vec<f32> = self.required("energy_batches", &[weight.len(), s, r, b, bins])?;
         let kernel_difference =
@@ -139,7 +124,7 @@ impl<R: Read + Seek> Arrays<R> {
         shape: [usize; 4],
         of_batches: Option<[usize; 5]>,
     ) -> Result<Option<Directions>, ResponseError> {
-        if !self.archive.contains("lateral_axis") {
+        if !self.contains("lateral_axis") {
             return Ok(None);
         }
         let [s, r, b, t] = shape;
@@ -176,10 +161,8 @@ impl<R: Read + Seek> Arrays<R> {
 
     fn metadata(&mut self) -> Result<serde_json::Value, ResponseError> {
         let text: Vec<String> = self.required("metadata_json", &[])?;
-        serde_json::from_str(&text[0]).map_err(|error| ResponseError::Array {
-            key: "metadata_json".to_owned(),
-            problem: format!("is not JSON: {error}"),
-        })
+        serde_json::from_str(&text[0])
+            .map_err(|error| wrong("metadata_json", format!("is not JSON: {error}")))
     }
 }
 

@@ -1,5 +1,7 @@
 //! The response: energies, batches, arrivals and what is needed to read levels off them.
 
+use std::ops::Range;
+
 use serde_json::Value;
 
 use crate::directions::{Directions, Lateral};
@@ -79,6 +81,14 @@ pub struct Batches {
     /// What discs and spheres of half the area would have found less `energy`, [G, S, R, B, `bins`] [1/m²]: minus half the
     /// bias of `energy`, which averages over their areas. Empty where nothing does.
     pub kernel_difference: Vec<f32>,
+}
+
+impl Batches {
+    /// The same batches with other values.
+    pub(crate) fn with(&self, energy: Vec<f32>, kernel_difference: Vec<f32>) -> Self {
+        let (weight, time_edges_s) = (self.weight.clone(), self.time_edges_s.clone());
+        Self { weight, time_edges_s, bins: self.bins, energy, kernel_difference }
+    }
 }
 
 /// What arrives after the end of the run, from the energy that packets still carried then: its mean over the room.
@@ -177,16 +187,19 @@ impl Response {
     #[must_use]
     pub fn batch_echogram(&self, g: usize, s: usize, r: usize, b: usize) -> Option<&[f32]> {
         let batches = self.batches.as_ref()?;
-        let row = ((g * self.sources() + s) * self.receivers() + r) * self.bands() + b;
-        batches.energy.get(row * batches.bins..(row + 1) * batches.bins)
+        batches.energy.get(self.batch_row(batches, g, s, r, b))
     }
 
     /// What kernels of half the area would change in batch `g`, per coarse bin [1/m²]; [`None`] where nothing is known of it.
     #[must_use]
     pub fn kernel_difference(&self, g: usize, s: usize, r: usize, b: usize) -> Option<&[f32]> {
         let batches = self.batches.as_ref()?;
+        batches.kernel_difference.get(self.batch_row(batches, g, s, r, b))
+    }
+
+    fn batch_row(&self, batches: &Batches, g: usize, s: usize, r: usize, b: usize) -> Range<usize> {
         let row = ((g * self.sources() + s) * self.receivers() + r) * self.bands() + b;
-        batches.kernel_difference.get(row * batches.bins..(row + 1) * batches.bins)
+        row * batches.bins..(row + 1) * batches.bins
     }
 
     /// Fluence that receiver `r` is expected to take after the last bin from source `s` in band `b`, where sound comes from all directions
@@ -215,36 +228,42 @@ impl Response {
     pub fn lateral(&self, which: usize) -> Option<Self> {
         let directions = self.directions.as_ref()?;
         let Lateral { energy, energy_batches, kernel_difference } = directions.lateral[which].clone();
-        let batches = self.batches.as_ref().map(|Batches { weight, time_edges_s, bins, .. }| Batches {
-            weight: weight.clone(),
-            time_edges_s: time_edges_s.clone(),
-            bins: *bins,
-            energy: energy_batches,
-            kernel_difference,
-        });
+        let batches = self.batches.as_ref().map(|batches| batches.with(energy_batches, kernel_difference));
         let missing = self.missing.as_ref().map(|Missing { fluence, decay_rate }| Missing {
             fluence: fluence.iter().map(|fluence| fluence * DIFFUSE_SHARE[which]).collect(),
             decay_rate: decay_rate.clone(),
         });
         Some(Self {
+            receiver_directivities: Vec::new(),
+            energy,
+            batches,
+            missing,
+            arrivals: self.arrivals.lateral(which, &directions.lateral_axes, self.bands()),
+            ..self.silent()
+        })
+    }
+
+    /// The same axes, without any sound and without metadata.
+    pub(crate) fn silent(&self) -> Self {
+        Self {
             center_frequency_hz: self.center_frequency_hz.clone(),
             time_edges_s: self.time_edges_s.clone(),
             receiver_names: self.receiver_names.clone(),
             receiver_positions: self.receiver_positions.clone(),
-            receiver_directivities: Vec::new(),
+            receiver_directivities: self.receiver_directivities.clone(),
             source_names: self.source_names.clone(),
             source_positions: self.source_positions.clone(),
             source_power_level_db: self.source_power_level_db.clone(),
             speed_of_sound: self.speed_of_sound,
             characteristic_impedance: self.characteristic_impedance,
             direct_times_s: self.direct_times_s.clone(),
-            energy,
-            batches,
-            missing,
-            arrivals: self.arrivals.lateral(which, &directions.lateral_axes, self.bands()),
+            energy: Vec::new(),
+            batches: None,
+            missing: None,
+            arrivals: Arrivals::default(),
             directions: None,
-            metadata: serde_json::Value::Null,
-        })
+            metadata: Value::Null,
+        }
     }
 }
 

@@ -56,7 +56,7 @@ impl Response {
     #[must_use]
     pub fn together(&self, changes: &[SourceChange]) -> Self {
         assert!(changes.len() == self.sources() && !changes.is_empty(), "one change per source");
-        let mix = Mix { response: self, changes, shares: self.shares(changes) };
+        let mix = Mix::new(self, changes);
         let first = |r: usize| mix.first(r);
         let receivers = self.receivers();
         let direct_times_s: Vec<f64> = (0..receivers).map(|r| mix.direct_time(first(r), r)).collect();
@@ -86,44 +86,40 @@ impl Response {
         }
         let named = if receivers > 0 { first(0) } else { 0 };
         Self {
-            center_frequency_hz: self.center_frequency_hz.clone(),
-            time_edges_s: self.time_edges_s.clone(),
-            receiver_names: self.receiver_names.clone(),
-            receiver_positions: self.receiver_positions.clone(),
-            receiver_directivities: self.receiver_directivities.clone(),
             source_names: vec![self.source_names.join(" + ")],
             source_positions: vec![self.source_positions[named]],
-            source_power_level_db: mix.power_level_db(),
-            speed_of_sound: self.speed_of_sound,
-            characteristic_impedance: self.characteristic_impedance,
+            source_power_level_db: mix.power.iter().map(|power| 10.0 * libm::log10(*power)).collect(),
             direct_times_s,
             energy,
             batches: self.batches.as_ref().map(|batches| mix.batches(batches)),
             missing: self.missing.as_ref().map(|missing| mix.missing(missing, &lost)),
             arrivals: mix.arrivals(),
-            directions: None,
             metadata,
+            ..self.silent()
         }
-    }
-
-    /// Share of every source in the power of all, [S, B].
-    fn shares(&self, changes: &[SourceChange]) -> Vec<f64> {
-        let bands = self.bands();
-        let power = |s: usize, b: usize| {
-            libm::pow(10.0, 0.1 * (self.source_power_level_db[s * bands + b] + changes[s].gain_db))
-        };
-        let all: Vec<f64> = (0..bands).map(|b| (0..self.sources()).map(|s| power(s, b)).sum()).collect();
-        (0..self.sources() * bands).map(|at| power(at / bands, at % bands) / all[at % bands]).collect()
     }
 }
 
 struct Mix<'a> {
     response: &'a Response,
     changes: &'a [SourceChange],
+    /// Power of all sources per band [pW].
+    power: Vec<f64>,
+    /// Share of every source in it, [S, B].
     shares: Vec<f64>,
 }
 
-impl Mix<'_> {
+impl<'a> Mix<'a> {
+    fn new(response: &'a Response, changes: &'a [SourceChange]) -> Self {
+        let (sources, bands) = (response.sources(), response.bands());
+        let power = |s: usize, b: usize| {
+            libm::pow(10.0, 0.1 * (response.source_power_level_db[s * bands + b] + changes[s].gain_db))
+        };
+        let all: Vec<f64> = (0..bands).map(|b| (0..sources).map(|s| power(s, b)).sum()).collect();
+        let shares = (0..sources * bands).map(|at| power(at / bands, at % bands) / all[at % bands]).collect();
+        Self { response, changes, power: all, shares }
+    }
+
     fn share(&self, s: usize, b: usize) -> f64 {
         self.shares[s * self.response.bands() + b]
     }
@@ -137,19 +133,6 @@ impl Mix<'_> {
     fn first(&self, r: usize) -> usize {
         let sources = 0..self.response.sources();
         sources.min_by(|&a, &b| self.direct_time(a, r).total_cmp(&self.direct_time(b, r))).unwrap_or(0)
-    }
-
-    fn power_level_db(&self) -> Vec<f64> {
-        let (response, bands) = (self.response, self.response.bands());
-        let sum = |b: usize| -> f64 {
-            (0..response.sources())
-                .map(|s| {
-                    let level = response.source_power_level_db[s * bands + b] + self.changes[s].gain_db;
-                    libm::pow(10.0, 0.1 * level)
-                })
-                .sum()
-        };
-        (0..bands).map(|b| 10.0 * libm::log10(sum(b))).collect()
     }
 
     /// Adds all sources at receiver `r` in band `b` to `bins`; returns what a delay moves beyond the last.
@@ -182,57 +165,45 @@ impl Mix<'_> {
             moved.iter().map(|edge| edge + self.changes[first].delay).collect()
         };
         let edges: Vec<Vec<f64>> = (0..receivers).map(edges).collect();
-        let size = count * receivers * bands * stored.bins;
-        let mut energy = vec![0.0_f32; size];
+        let of_sources =
+            |(r, b): (usize, usize)| (0..self.changes.len()).map(|s| self.listed(s, r, b)).collect();
+        let rows = (0..receivers).flat_map(|r| (0..bands).map(move |b| (r, b)));
+        let listed: Vec<Vec<Vec<[f64; 2]>>> = rows.clone().map(of_sources).collect();
+        let rows = (0..count).flat_map(|g| rows.clone().map(move |(r, b)| (g, r, b)));
+        let energy = rows.clone().flat_map(|(g, r, b)| {
+            let listed = &listed[r * bands + b];
+            self.coarse(r, b, &edges[r], listed, |s| response.batch_echogram(g, s, r, b))
+        });
+        let kernel_difference = rows.flat_map(|(g, r, b)| {
+            self.coarse(r, b, &edges[r], &[], |s| response.kernel_difference(g, s, r, b))
+        });
         let has_kernels = !stored.kernel_difference.is_empty();
-        let mut kernel_difference = vec![0.0_f32; if has_kernels { size } else { 0 }];
-        let mut bins = vec![0.0; stored.bins];
-        for r in 0..receivers {
-            for b in 0..bands {
-                let listed: Vec<Vec<[f64; 2]>> =
-                    (0..self.changes.len()).map(|s| self.listed(s, r, b)).collect();
-                for g in 0..count {
-                    let at = ((g * receivers + r) * bands + b) * stored.bins;
-                    let mut add =
-                        |row: &dyn Fn(usize) -> Option<Vec<f64>>, has_listed: bool, out: &mut [f32]| {
-                            bins.fill(0.0);
-                            for (s, change) in self.changes.iter().enumerate() {
-                                let (Some(row), Some(from)) = (row(s), response.batch_edges(s, r)) else {
-                                    continue;
-                                };
-                                let listed = if has_listed { &listed[s][..] } else { &[] };
-                                move_into(
-                                    from,
-                                    &row,
-                                    listed,
-                                    change.delay,
-                                    self.share(s, b),
-                                    &edges[r],
-                                    &mut bins,
-                                );
-                            }
-                            for (out, bin) in out.iter_mut().zip(&bins) {
-                                *out = *bin as f32;
-                            }
-                        };
-                    let wide =
-                        |row: Option<&[f32]>| row.map(|row| row.iter().map(|&e| f64::from(e)).collect());
-                    let out = &mut energy[at..at + stored.bins];
-                    add(&|s| wide(response.batch_echogram(g, s, r, b)), true, out);
-                    if has_kernels {
-                        let out = &mut kernel_difference[at..at + stored.bins];
-                        add(&|s| wide(response.kernel_difference(g, s, r, b)), false, out);
-                    }
-                }
-            }
-        }
         Batches {
+            energy: energy.collect(),
+            kernel_difference: if has_kernels { kernel_difference.collect() } else { Vec::new() },
             weight: stored.weight.clone(),
             time_edges_s: edges.concat(),
             bins: stored.bins,
-            energy,
-            kernel_difference,
         }
+    }
+
+    /// The `row` of every source at receiver `r` in band `b`, added between the borders `to`; `listed` arrivals of each source are in them.
+    fn coarse<'r>(
+        &self,
+        r: usize,
+        b: usize,
+        to: &[f64],
+        listed: &[Vec<[f64; 2]>],
+        row: impl Fn(usize) -> Option<&'r [f32]>,
+    ) -> Vec<f32> {
+        let mut bins = vec![0.0; to.len().saturating_sub(1)];
+        for (s, change) in self.changes.iter().enumerate() {
+            let (Some(row), Some(from)) = (row(s), self.response.batch_edges(s, r)) else { continue };
+            let energy: Vec<f64> = row.iter().map(|&energy| f64::from(energy)).collect();
+            let listed = listed.get(s).map_or(&[][..], Vec::as_slice);
+            move_into(from, &energy, listed, change.delay, self.share(s, b), to, &mut bins);
+        }
+        bins.into_iter().map(|bin| bin as f32).collect()
     }
 
     fn missing(&self, stored: &Missing, lost: &[f64]) -> Missing {

@@ -4,9 +4,8 @@
 //! enums, options or maps, so that the bytes can be described in half a page (docs/formats/sonelmap.md) and another
 //! codec can take over.
 
-pub(crate) use bincode::Decode;
-use bincode::Encode;
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
+pub(crate) use bincode::{Decode, Encode};
 
 /// Largest header accepted [bytes]. Chosen, not measured: it bounds memory.
 const LARGEST_HEADER: usize = 16 << 20;
@@ -68,9 +67,8 @@ pub(crate) struct SceneRecord {
     pub up: [f64; 3],
     pub third_octaves: u8,
     pub nominal_frequencies: Vec<f64>,
-    pub temperature_celsius: f64,
-    pub relative_humidity_percent: f64,
-    pub pressure_kpa: f64,
+    /// Temperature [°C], relative humidity [%] and pressure [kPa].
+    pub air: [f64; 3],
     pub speed_of_sound: f64,
     pub air_attenuation: Vec<f64>,
     pub duration: f64,
@@ -116,31 +114,11 @@ pub(crate) struct MediaRecord {
     pub sides: Vec<[u32; 2]>,
 }
 
-/// Variants of materials: the section that only a scene with such has.
-#[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub(crate) struct VariantsRecord {
-    pub variants: Vec<VariantRecord>,
-}
+/// Variants of materials, each with the number of the material: the section that only a scene with such has.
+pub(crate) type VariantsRecord = Vec<(u32, MaterialRecord)>;
 
-#[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub(crate) struct VariantRecord {
-    /// Number of the material.
-    pub material: u32,
-    pub coefficients: MaterialRecord,
-}
-
-/// Named choices among the variants: the section that only a scene with such has.
-#[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub(crate) struct DesignsRecord {
-    pub designs: Vec<DesignRecord>,
-}
-
-#[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub(crate) struct DesignRecord {
-    pub name: String,
-    /// Numbers of materials and of their variants.
-    pub choices: Vec<[u32; 2]>,
-}
+/// Named choices among the variants, numbers of materials and of their variants: the section that only a scene with such has.
+pub(crate) type DesignsRecord = Vec<(String, Vec<[u32; 2]>)>;
 
 /// Measured directivities and those of receivers: the section that only a scene with such has.
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
@@ -172,9 +150,8 @@ pub(crate) struct RollRecord {
 pub(crate) struct RegionRecord {
     pub name: String,
     pub inside: [f64; 3],
-    pub temperature_celsius: f64,
-    pub relative_humidity_percent: f64,
-    pub pressure_kpa: f64,
+    /// As that of a scene.
+    pub air: [f64; 3],
     pub speed_of_sound: f64,
     pub density: f64,
     pub air_attenuation: Vec<f64>,

@@ -5,6 +5,7 @@
 //! balance can fail where an event, a probability or a coefficient is wrong. Sums are kept per chunk, as in the file, and
 //! added in chunk order: shards joined equal the run made in one piece.
 
+use bytemuck::{Pod, Zeroable};
 use sonel_acoustics::{BandValues, Lanes, lanes_of};
 
 use crate::classes::BandClasses;
@@ -94,14 +95,13 @@ impl Fates {
 
     /// Adds the counts of another part of the run.
     pub fn add(&mut self, other: &Self) {
-        for (mine, theirs) in self.counts.iter_mut().zip(other.counts) {
-            *mine += theirs;
-        }
+        self.counts.iter_mut().zip(other.counts).for_each(|(mine, theirs)| *mine += theirs);
     }
 }
 
 /// The balance of one band, in units of the energy emitted by one source over the whole run [1].
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[repr(C)]
 pub struct BandLedger {
     /// Sent out.
     pub emitted: f64,
@@ -126,22 +126,13 @@ impl BandLedger {
     /// The sums in field order.
     #[must_use]
     pub fn terms(&self) -> [f64; LEDGER_TERMS] {
-        [
-            self.emitted,
-            self.absorbed,
-            self.transmitted,
-            self.escaped,
-            self.truncated,
-            self.sampling,
-            self.sampling_variance,
-        ]
+        bytemuck::cast(*self)
     }
 
     /// From sums in field order.
     #[must_use]
     pub fn from_terms(terms: [f64; LEDGER_TERMS]) -> Self {
-        let [emitted, absorbed, transmitted, escaped, truncated, sampling, sampling_variance] = terms;
-        Self { emitted, absorbed, transmitted, escaped, truncated, sampling, sampling_variance }
+        bytemuck::cast(terms)
     }
 
     /// |emitted − everything recorded| / emitted: rounding only, if the code is right. Zero where nothing was emitted.
@@ -158,11 +149,8 @@ impl BandLedger {
     }
 
     fn add(&mut self, other: &Self) {
-        let mut terms = self.terms();
-        for (mine, theirs) in terms.iter_mut().zip(other.terms()) {
-            *mine += theirs;
-        }
-        *self = Self::from_terms(terms);
+        let terms: &mut [f64; LEDGER_TERMS] = bytemuck::cast_mut(self);
+        terms.iter_mut().zip(other.terms()).for_each(|(mine, theirs)| *mine += theirs);
     }
 }
 

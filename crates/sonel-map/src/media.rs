@@ -1,11 +1,11 @@
 //! Regions of other air as a section of the file, validated on reading.
 
 use glam::DVec3;
-use sonel_acoustics::Air;
 use sonel_scene::{Media, NO_AIR, Region, Scene};
 
 use crate::codec::{MediaRecord, RegionRecord};
 use crate::format::SurfaceRow;
+use crate::record;
 
 /// Name of the section.
 pub(crate) const SECTION: &str = "regions";
@@ -14,9 +14,7 @@ pub(crate) fn record(media: &Media) -> MediaRecord {
     let region = |region: &Region| RegionRecord {
         name: region.name.clone(),
         inside: region.inside.to_array(),
-        temperature_celsius: region.air.temperature_celsius,
-        relative_humidity_percent: region.air.relative_humidity_percent,
-        pressure_kpa: region.air.pressure_kpa,
+        air: record::air_record(&region.air),
         speed_of_sound: region.speed_of_sound,
         density: region.density,
         air_attenuation: region.air_attenuation.clone(),
@@ -60,11 +58,7 @@ pub(crate) fn media(record: MediaRecord, scene: &Scene, rows: &[SurfaceRow]) -> 
     let region = |record: RegionRecord| Region {
         name: record.name,
         inside: DVec3::from_array(record.inside),
-        air: Air {
-            temperature_celsius: record.temperature_celsius,
-            relative_humidity_percent: record.relative_humidity_percent,
-            pressure_kpa: record.pressure_kpa,
-        },
+        air: record::air(record.air),
         speed_of_sound: record.speed_of_sound,
         density: record.density,
         air_attenuation: record.air_attenuation,

@@ -7,18 +7,20 @@
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::mem::take;
 use std::ops::Range;
 
 use thiserror::Error;
 
+use crate::emission::EmissionLayout;
 use crate::error::MapError;
 use crate::format::{ChunkEntry, MAJOR, MINOR, aligned};
 use crate::header::{MapHeader, ShardRange};
 use crate::ledger::Ledger;
 use crate::places::Places;
 use crate::provenance::{self, Difference};
-use crate::reader::{self, Directory, SonelMap};
-use crate::shards::{self, Fault, Run};
+use crate::reader::{self, SonelMap};
+use crate::shards::{self, Fault};
 use crate::tiling;
 use crate::writer::MapWriter;
 
@@ -137,18 +139,19 @@ impl Merger {
         let (mut problems, mut headers, mut parts) = (Vec::new(), Headers::default(), Vec::new());
         for (number, name) in names.iter().enumerate() {
             match opened(name, number, open) {
-                Ok(directory) => {
-                    problems.extend(headers.add(name, &directory));
-                    let Directory { chunks, ledgers, .. } = directory;
+                Ok(mut map) => {
+                    problems.extend(headers.add(name, &map));
+                    let (chunks, ledgers) = (take(&mut map.chunks), take(&mut map.ledgers));
                     parts.push(Part { number, name: name.clone(), chunks, ledgers });
+                    headers.reference.get_or_insert_with(|| (name.clone(), map));
                 }
                 Err(error) => problems.push(error),
             }
         }
-        let Some(reference) = headers.reference.take() else { return Err(problems) };
+        let Some((_, reference)) = headers.reference.take() else { return Err(problems) };
         // Maps that cannot be read, or number their emissions in another way, have no place among the others.
         let placed = headers.shards.len() == names.len() && headers.alike;
-        let union = if placed { headers.union(&reference, names) } else { Ok(ShardRange::WHOLE) };
+        let union = if placed { headers.union(&reference.header, names) } else { Ok(ShardRange::WHOLE) };
         match union {
             Ok(shard) if problems.is_empty() => {
                 let order = shards::order(&headers.shards);
@@ -213,14 +216,14 @@ impl Merger {
     }
 }
 
-fn opened(name: &str, number: usize, open: &mut Opener<'_>) -> Result<Directory, MergeError> {
+fn opened(name: &str, number: usize, open: &mut Opener<'_>) -> Result<SonelMap, MergeError> {
     let unusable = |error| MergeError::Unusable { map: name.to_owned(), error };
     let file = open(number).map_err(|error| unusable(error.into()))?;
-    let directory = SonelMap::open(&file).map_err(unusable)?.into_directory();
-    if directory.minor > MINOR {
-        return Err(MergeError::LaterFormat { map: name.to_owned(), minor: directory.minor });
+    let map = SonelMap::open(&file).map_err(unusable)?;
+    if map.minor > MINOR {
+        return Err(MergeError::LaterFormat { map: name.to_owned(), minor: map.minor });
     }
-    Ok(directory)
+    Ok(map)
 }
 
 /// The bytes of `chunk` in `file`, read into `buffer`, whose words suit every record.
@@ -242,45 +245,29 @@ fn read_chunk<'a>(
 /// Differences of the maps from the first.
 #[derive(Default)]
 struct Headers {
-    reference: Option<Reference>,
+    /// The first that could be read, without its chunks, and its name.
+    reference: Option<(String, SonelMap)>,
     shards: Vec<ShardRange>,
     /// Whether all number their emissions alike.
     alike: bool,
 }
 
-/// The first map that could be read.
-struct Reference {
-    name: String,
-    header: MapHeader,
-    center: glam::DVec3,
-    surfaces: Vec<crate::format::SurfaceRow>,
-}
-
 impl Headers {
     /// Takes up a map; in what it differs from the first.
-    fn add(&mut self, name: &str, directory: &Directory) -> Vec<MergeError> {
-        let Directory { header, center, surfaces, .. } = directory;
+    fn add(&mut self, name: &str, map: &SonelMap) -> Vec<MergeError> {
+        let header = &map.header;
         self.shards.push(header.shard);
-        let Some(reference) = &self.reference else {
+        let Some((reference_name, reference)) = &self.reference else {
             self.alike = true;
-            let check = header
-                .scene
-                .geometry()
-                .map_err(MapError::from)
-                .and_then(|geometry| reader::compare_surfaces(surfaces, *center, &geometry));
-            self.reference = Some(Reference {
-                name: name.to_owned(),
-                header: header.clone(),
-                center: *center,
-                surfaces: surfaces.clone(),
-            });
+            let geometry = header.scene.geometry().map_err(MapError::from);
+            let check = geometry.and_then(|geometry| map.check_surfaces(&geometry));
             let unusable = |error| MergeError::Unusable { map: name.to_owned(), error };
             return check.map_err(unusable).err().into_iter().collect();
         };
         let layout = |header: &MapHeader| header.settings.layout(&header.scene);
         self.alike &= layout(header).total == layout(&reference.header).total;
         let mut differences = provenance::differences(&reference.header, header);
-        let same_places = *surfaces == reference.surfaces && *center == reference.center;
+        let same_places = map.surfaces == reference.surfaces && map.center == reference.center;
         if differences.is_empty() && !same_places {
             differences.push(Difference {
                 what: "numbering of the surfaces".to_owned(),
@@ -290,23 +277,22 @@ impl Headers {
         }
         let differs = |difference| MergeError::Differs {
             map: name.to_owned(),
-            reference: reference.name.clone(),
+            reference: reference_name.clone(),
             difference,
         };
         differences.into_iter().map(differs).collect()
     }
 
     /// The shard that all make together.
-    fn union(&self, reference: &Reference, names: &[String]) -> Result<ShardRange, Vec<MergeError>> {
-        let header = &reference.header;
-        let run = Run { total: header.settings.layout(&header.scene).total };
+    fn union(&self, header: &MapHeader, names: &[String]) -> Result<ShardRange, Vec<MergeError>> {
+        let run = header.settings.layout(&header.scene);
         run.union(&self.shards).map_err(|faults| {
             let in_words = |fault| match fault {
                 Fault::Overlap(a, b, emissions) => {
                     MergeError::Overlap { maps: [names[a].clone(), names[b].clone()], emissions }
                 }
                 Fault::Missing(emissions) => {
-                    MergeError::Missing { shards: self.holders(run, &emissions), emissions }
+                    MergeError::Missing { shards: self.holders(&run, &emissions), emissions }
                 }
             };
             faults.into_iter().map(in_words).collect()
@@ -314,7 +300,7 @@ impl Headers {
     }
 
     /// The shards that hold `emissions`, where all maps are shards of one number.
-    fn holders(&self, run: Run, emissions: &Range<u64>) -> Vec<ShardRange> {
+    fn holders(&self, run: &EmissionLayout, emissions: &Range<u64>) -> Vec<ShardRange> {
         let count = self.shards[0].count;
         if self.shards.iter().any(|shard| shard.count != count) {
             return Vec::new();

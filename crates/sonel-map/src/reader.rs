@@ -21,7 +21,7 @@ use crate::error::MapError;
 use crate::format::{ChunkEntry, ChunkFates, GRADIENT, SurfaceRow};
 use crate::header::{MapHeader, ShardRange};
 use crate::leads::Leads;
-use crate::ledger::{BandLedger, Fates, LEDGER_TERMS, Ledger};
+use crate::ledger::{BandLedger, Fates, Ledger};
 use crate::media;
 use crate::places::{Places, is_sound_path};
 use crate::record;
@@ -39,13 +39,17 @@ const DEFLECTING_EDGES: &str = "edges";
 #[derive(Debug, Clone)]
 pub struct SonelMap {
     bytes: Arc<Storage>,
-    header: MapHeader,
-    minor: u16,
+    pub(crate) header: MapHeader,
+    /// Minor version of the file's format.
+    pub(crate) minor: u16,
     digest: [u8; 32],
-    center: DVec3,
-    surfaces: Vec<SurfaceRow>,
-    chunks: Vec<ChunkEntry>,
-    ledgers: Vec<Ledger>,
+    /// Origin of the stored positions in the axes of the scene [m].
+    pub(crate) center: DVec3,
+    /// The surfaces that the paths refer to.
+    pub(crate) surfaces: Vec<SurfaceRow>,
+    /// The chunks by source, then emission, and their ledgers.
+    pub(crate) chunks: Vec<ChunkEntry>,
+    pub(crate) ledgers: Vec<Ledger>,
     /// The materials that paths were drawn with, where the scene has others.
     drawn_with: Option<Vec<Material>>,
     /// Numbering of the emissions.
@@ -198,7 +202,7 @@ impl SonelMap {
     /// # Errors
     /// [`MapError::ForeignSurfaces`] with the first difference.
     pub fn check_surfaces(&self, geometry: &Geometry) -> Result<(), MapError> {
-        compare_surfaces(&self.surfaces, self.center, geometry)
+        surfaces::compare(&self.surfaces, self.center, geometry)
     }
 
     /// Replaces the materials and sources of the scene, one each for those there are, for everything that reads energies from here on. The
@@ -322,12 +326,6 @@ impl SonelMap {
         &self.bytes.as_slice()[chunk.offset as usize..(chunk.offset + length) as usize]
     }
 
-    /// Everything but the paths.
-    pub(crate) fn into_directory(self) -> Directory {
-        let Self { header, minor, center, surfaces, chunks, ledgers, .. } = self;
-        Directory { header, minor, center, surfaces, chunks, ledgers }
-    }
-
     /// Source and first emission of every chunk, in the order of the file.
     pub fn chunks(&self) -> impl Iterator<Item = (u32, u64)> {
         self.chunks.iter().map(|chunk| (chunk.source, chunk.first_emission))
@@ -356,31 +354,6 @@ impl SonelMap {
     pub fn batch_paths(&self, source: u32, batch: u32) -> impl Iterator<Item = PathView<'_>> {
         self.layout().batch_indices(batch).filter_map(move |emission| self.path(source, emission))
     }
-}
-
-/// Description of a map's paths.
-pub(crate) struct Directory {
-    /// Provenance.
-    pub header: MapHeader,
-    /// Minor version of the file's format.
-    pub minor: u16,
-    /// Origin of the stored positions in the axes of the scene [m].
-    pub center: DVec3,
-    /// The surfaces that the paths refer to.
-    pub surfaces: Vec<SurfaceRow>,
-    /// The chunks by source, then emission.
-    pub chunks: Vec<ChunkEntry>,
-    /// Ledgers of every chunk.
-    pub ledgers: Vec<Ledger>,
-}
-
-/// Whether `surfaces` are those of `geometry`, about `center` [m].
-pub(crate) fn compare_surfaces(
-    surfaces: &[SurfaceRow],
-    center: DVec3,
-    geometry: &Geometry,
-) -> Result<(), MapError> {
-    surfaces::compare(surfaces, center, geometry).map_err(|reason| MapError::ForeignSurfaces { reason })
 }
 
 /// Compares the `bytes` of `chunk` with its checksum and with the rules of the layout.
@@ -456,8 +429,8 @@ fn read_ledgers(
     bands: usize,
 ) -> Result<Vec<Ledger>, MapError> {
     let fates = sections.rows::<ChunkFates>("chunk.fates")?;
-    let terms = sections.rows::<[f64; LEDGER_TERMS]>("chunk.ledger")?;
-    if bands == 0 || fates.len() != chunks.len() || terms.len() != chunks.len() * bands {
+    let ledgers = sections.rows::<BandLedger>("chunk.ledger")?;
+    if bands == 0 || fates.len() != chunks.len() || ledgers.len() != chunks.len() * bands {
         return Err(sections.damaged("directory and ledgers differ in length".to_owned()));
     }
     if !chunks.iter().zip(fates).all(|(chunk, fates)| fates.agree_with(chunk)) {
@@ -465,9 +438,9 @@ fn read_ledgers(
     }
     Ok(fates
         .iter()
-        .zip(terms.chunks_exact(bands))
-        .map(|(fates, terms)| Ledger {
-            bands: terms.iter().map(|&terms| BandLedger::from_terms(terms)).collect(),
+        .zip(ledgers.chunks_exact(bands))
+        .map(|(fates, bands)| Ledger {
+            bands: bands.to_vec(),
             fates: Fates::from_counts(fates.fates),
             segments: fates.segments,
         })

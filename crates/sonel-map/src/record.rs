@@ -89,9 +89,7 @@ fn scene_record(scene: &Scene) -> SceneRecord {
         up: scene.up.to_array(),
         third_octaves: u8::from(scene.bands.width() == BandWidth::Third),
         nominal_frequencies: scene.bands.nominal().to_vec(),
-        temperature_celsius: scene.air.temperature_celsius,
-        relative_humidity_percent: scene.air.relative_humidity_percent,
-        pressure_kpa: scene.air.pressure_kpa,
+        air: air_record(&scene.air),
         speed_of_sound: scene.speed_of_sound,
         air_attenuation: scene.air_attenuation.clone(),
         duration: scene.duration,
@@ -101,6 +99,14 @@ fn scene_record(scene: &Scene) -> SceneRecord {
         sources: scene.sources.iter().map(source_record).collect(),
         receivers: scene.receivers.iter().map(receiver_record).collect(),
     }
+}
+
+pub(crate) fn air_record(air: &Air) -> [f64; 3] {
+    [air.temperature_celsius, air.relative_humidity_percent, air.pressure_kpa]
+}
+
+pub(crate) fn air([temperature_celsius, relative_humidity_percent, pressure_kpa]: [f64; 3]) -> Air {
+    Air { temperature_celsius, relative_humidity_percent, pressure_kpa }
 }
 
 pub(crate) fn material_record(material: &Material) -> MaterialRecord {
@@ -243,11 +249,7 @@ fn scene(record: SceneRecord, mesh: Mesh, laws: &[u8]) -> Result<Scene, String> 
         name: record.name,
         up: DVec3::from_array(record.up),
         bands,
-        air: Air {
-            temperature_celsius: record.temperature_celsius,
-            relative_humidity_percent: record.relative_humidity_percent,
-            pressure_kpa: record.pressure_kpa,
-        },
+        air: air(record.air),
         speed_of_sound: record.speed_of_sound,
         sound_speed_gradient: 0.0,
         air_attenuation: record.air_attenuation,

@@ -7,15 +7,8 @@
 use std::cmp::Ordering;
 use std::ops::Range;
 
-use crate::emission::CHUNK_EMISSIONS;
+use crate::emission::EmissionLayout;
 use crate::header::ShardRange;
-
-/// A run in which shards have their places.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Run {
-    /// Emissions of a source.
-    pub total: u64,
-}
 
 /// Faults of a set of shards; they are named by their positions in it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -26,19 +19,11 @@ pub(crate) enum Fault {
     Missing(Range<u64>),
 }
 
-impl Run {
-    fn chunks(self, shard: ShardRange) -> Range<u64> {
-        shard.chunks(self.total.div_ceil(CHUNK_EMISSIONS))
-    }
-
-    fn emissions(self, chunks: Range<u64>) -> Range<u64> {
-        let first = |chunk: u64| (chunk * CHUNK_EMISSIONS).min(self.total);
-        first(chunks.start)..first(chunks.end)
-    }
-
+/// Shards have their places in the run that the layout numbers.
+impl EmissionLayout {
     /// Whether `shard` holds any of `emissions`.
-    pub(crate) fn holds_some(self, shard: ShardRange, emissions: &Range<u64>) -> bool {
-        let held = self.emissions(self.chunks(shard));
+    pub(crate) fn holds_some(&self, shard: ShardRange, emissions: &Range<u64>) -> bool {
+        let held = self.emissions(shard.chunks(self.chunks()));
         held.start.max(emissions.start) < held.end.min(emissions.end)
     }
 
@@ -47,15 +32,15 @@ impl Run {
     /// # Errors
     /// All faults: overlaps, and what is missing to the whole run. Shards that neither overlap nor leave gaps may miss the
     /// rest, where they make a shard that has a name.
-    pub(crate) fn union(self, shards: &[ShardRange]) -> Result<ShardRange, Vec<Fault>> {
+    pub(crate) fn union(&self, shards: &[ShardRange]) -> Result<ShardRange, Vec<Fault>> {
         let order = order(shards);
         let (Some(&first), Some(&last)) = (order.first(), order.last()) else { return Ok(ShardRange::WHOLE) };
-        let all = self.total.div_ceil(CHUNK_EMISSIONS);
+        let all = self.chunks();
         let (mut faults, mut gaps) = (Vec::new(), Vec::new());
-        let (mut reached, mut holder) = (self.chunks(shards[first]).start, first);
+        let (mut reached, mut holder) = (shards[first].chunks(all).start, first);
         let from = reached;
         for &index in &order {
-            let chunks = self.chunks(shards[index]);
+            let chunks = shards[index].chunks(all);
             if index != first && !chunks.is_empty() && chunks.start < reached {
                 let both = self.emissions(chunks.start..chunks.end.min(reached));
                 faults.push(Fault::Overlap(holder, index, both));
@@ -114,9 +99,11 @@ fn interval(first: ShardRange, last: ShardRange) -> Option<ShardRange> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::emission::CHUNK_EMISSIONS;
 
     /// Ten chunks.
-    const RUN: Run = Run { total: 9 * CHUNK_EMISSIONS + 100 };
+    const RUN: EmissionLayout =
+        EmissionLayout { total: 9 * CHUNK_EMISSIONS + 100, bands: 1, sets: 1, batches: 1 };
 
     fn union(shards: &[(u32, u32)]) -> Result<(u32, u32), Vec<Fault>> {
         let shards: Vec<ShardRange> =

@@ -44,12 +44,6 @@ pub struct Arrival {
     pub event: Event,
 }
 
-impl Arrival {
-    fn at(vertex: &Vertex, event: Event) -> Self {
-        Self { surface: vertex.surface(), side: vertex.side(), event }
-    }
-}
-
 /// One straight piece of a path: a leg, or a chord of it where the speed of sound has a gradient.
 #[derive(Debug, Clone, Copy)]
 pub struct Segment<'a> {
@@ -101,6 +95,7 @@ pub fn sweep(
         let Some(event) = vertex.event() else { return };
         let end = vertex.position.as_dvec3();
         let end_length = start_length + propagation.length(air, start, end);
+        let (surface, side) = (vertex.surface(), vertex.side());
         let segment = Segment {
             is_part: false,
             start: start.as_vec3(),
@@ -110,7 +105,7 @@ pub fn sweep(
             air,
             energy: weight.energy(),
             history,
-            arrival: event.leaves_sonel().then(|| Arrival::at(vertex, event)),
+            arrival: event.leaves_sonel().then_some(Arrival { surface, side, event }),
             escapes: matches!(event, Event::Escaped | Event::Lost | Event::Left),
         };
         if propagation.is_straight() || start == end {
@@ -123,9 +118,9 @@ pub fn sweep(
         }
         if event.is_at_interface() {
             let beyond = usize::from(event == Event::Refracted);
-            air = propagation.interface(vertex.surface(), vertex.side()).map_or(air, |it| it.airs[beyond]);
+            air = propagation.interface(surface, side).map_or(air, |it| it.airs[beyond]);
         } else if !matches!(event, Event::Diffracted | Event::Emerged) {
-            let row = &*table.row(vertex.surface(), end - start);
+            let row = &*table.row(surface, end - start);
             weight.pass(match event {
                 Event::Diffuse => &row.diffuse,
                 Event::Transmitted => &row.transmitted,

@@ -3,7 +3,7 @@
 use sonel_acoustics::Material;
 use sonel_scene::{Design, Scene};
 
-use crate::codec::{DesignRecord, DesignsRecord, VariantRecord, VariantsRecord};
+use crate::codec::{DesignsRecord, VariantsRecord};
 use crate::leads::{MOST_SETS, set_count};
 use crate::record;
 
@@ -14,19 +14,18 @@ pub(crate) const DESIGNS: &str = "designs";
 
 /// The section of `scene`; [`None`] where no material has variants.
 pub(crate) fn record(scene: &Scene) -> Option<VariantsRecord> {
-    let of = |(material, variants): (u32, &Vec<Material>)| -> Vec<VariantRecord> {
-        let record = |variant| VariantRecord { material, coefficients: record::material_record(variant) };
-        variants.iter().map(record).collect()
+    let of = |(material, variants): (u32, &Vec<Material>)| -> VariantsRecord {
+        variants.iter().map(|variant| (material, record::material_record(variant))).collect()
     };
-    let variants: Vec<VariantRecord> = (0..).zip(&scene.variants).flat_map(of).collect();
-    (!variants.is_empty()).then_some(VariantsRecord { variants })
+    let variants: VariantsRecord = (0..).zip(&scene.variants).flat_map(of).collect();
+    (!variants.is_empty()).then_some(variants)
 }
 
 /// Gives `scene` the variants that the section names; the reason where it cannot have them.
 pub(crate) fn apply(section: Option<VariantsRecord>, scene: &mut Scene) -> Result<(), String> {
-    let Some(VariantsRecord { variants }) = section else { return Ok(()) };
+    let Some(variants) = section else { return Ok(()) };
     scene.variants = vec![Vec::new(); scene.materials.len()];
-    for VariantRecord { material, coefficients } in variants {
+    for (material, coefficients) in variants {
         let original = scene.materials.get(material as usize);
         let law = original.ok_or("a variant is of a material that does not exist")?.law;
         let variant = Material { law, ..record::material(coefficients) };
@@ -43,17 +42,16 @@ pub(crate) fn apply(section: Option<VariantsRecord>, scene: &mut Scene) -> Resul
 
 /// The section of named choices; [`None`] where there are none.
 pub(crate) fn designs(scene: &Scene) -> Option<DesignsRecord> {
-    let record = |design: &Design| DesignRecord {
-        name: design.name.clone(),
-        choices: design.choices.iter().map(|&(material, variant)| [material, variant]).collect(),
+    let record = |Design { name, choices }: &Design| {
+        (name.clone(), choices.iter().map(|&(material, variant)| [material, variant]).collect())
     };
-    let designs: Vec<DesignRecord> = scene.designs.iter().map(record).collect();
-    (!designs.is_empty()).then_some(DesignsRecord { designs })
+    let designs: DesignsRecord = scene.designs.iter().map(record).collect();
+    (!designs.is_empty()).then_some(designs)
 }
 
 /// Gives `scene` the named choices of the section; the reason where it cannot have them.
 pub(crate) fn apply_designs(section: Option<DesignsRecord>, scene: &mut Scene) -> Result<(), String> {
-    for DesignRecord { name, choices } in section.into_iter().flat_map(|section| section.designs) {
+    for (name, choices) in section.into_iter().flatten() {
         let exists = |&[material, variant]: &[u32; 2]| {
             scene.variants.get(material as usize).is_some_and(|of| (variant as usize) < of.len())
         };

@@ -71,17 +71,8 @@ impl Event {
     /// Whether the packet arrived at a surface within the run, so that a sonel was left there.
     #[must_use]
     pub fn leaves_sonel(self) -> bool {
-        !matches!(
-            self,
-            Self::Escaped
-                | Self::Expired
-                | Self::Lost
-                | Self::Left
-                | Self::Diffracted
-                | Self::Refracted
-                | Self::Returned
-                | Self::Emerged
-        )
+        use Event::{Absorbed, Diffuse, Extinguished, Specular, Transmitted};
+        matches!(self, Specular | Diffuse | Transmitted | Absorbed | Extinguished)
     }
 
     /// Whether the packet met an interface between airs.

@@ -116,12 +116,7 @@ impl PathWeight {
             drawing.product *= probability;
             weighted += drawing.product * drawing.counts;
         }
-        self.finish(weighted.sum());
-    }
-
-    /// Energies from products whose weighted sum is `weighted`.
-    #[inline]
-    fn finish(&mut self, mut weighted: f64) {
+        let mut weighted = weighted.sum();
         if weighted < RESCALE_BELOW && weighted > 0.0 {
             self.rescale();
             weighted *= RESCALE_BY;

@@ -2,15 +2,15 @@
 
 use std::io::{Seek, SeekFrom, Write};
 
-use bytemuck::Zeroable;
+use bytemuck::{NoUninit, Zeroable};
 use sonel_geometry::Geometry;
 
-use crate::codec::{self, SectionRecord};
+use crate::codec::{self, Encode, SectionRecord};
 use crate::directivity;
 use crate::error::MapError;
 use crate::format::{ALIGNMENT, ChunkEntry, ChunkFates, GRADIENT, MAGIC, MAJOR, MINOR, Preamble, aligned};
 use crate::header::MapHeader;
-use crate::ledger::Ledger;
+use crate::ledger::{BandLedger, Ledger};
 use crate::media;
 use crate::record;
 use crate::surfaces;
@@ -33,7 +33,7 @@ pub struct MapWriter<W> {
     position: u64,
     entries: Vec<ChunkEntry>,
     fates: Vec<ChunkFates>,
-    terms: Vec<f64>,
+    ledgers: Vec<BandLedger>,
 }
 
 impl<W: Write + Seek> MapWriter<W> {
@@ -44,7 +44,7 @@ impl<W: Write + Seek> MapWriter<W> {
     pub fn begin(mut out: W) -> Result<Self, MapError> {
         let unfinished = Preamble { magic: MAGIC, major: MAJOR, minor: MINOR, ..Preamble::zeroed() };
         out.write_all(bytemuck::bytes_of(&unfinished))?;
-        Ok(Self { out, position: ALIGNMENT, entries: Vec::new(), fates: Vec::new(), terms: Vec::new() })
+        Ok(Self { out, position: ALIGNMENT, entries: Vec::new(), fates: Vec::new(), ledgers: Vec::new() })
     }
 
     /// Appends the chunk of `source` that begins with emission `first_emission`.
@@ -93,7 +93,7 @@ impl<W: Write + Seek> MapWriter<W> {
     fn enter(&mut self, chunk: ChunkEntry, ledger: &Ledger) {
         self.entries.push(chunk);
         self.fates.push(ChunkFates { fates: ledger.fates.counts(), segments: ledger.segments, reserved: 0 });
-        self.terms.extend(ledger.bands.iter().flat_map(|band| band.terms()));
+        self.ledgers.extend(&ledger.bands);
     }
 
     /// Vertices written so far.
@@ -113,40 +113,26 @@ impl<W: Write + Seek> MapWriter<W> {
             )));
         }
         let (corners, triangles) = record::mesh_columns(&header.scene.mesh);
+        let (entries, fates) = (std::mem::take(&mut self.entries), std::mem::take(&mut self.fates));
+        let ledgers = std::mem::take(&mut self.ledgers);
         let mut sections = vec![
-            self.section("mesh.vertices", bytemuck::cast_slice(&corners))?,
-            self.section("mesh.triangles", bytemuck::cast_slice(&triangles))?,
-            self.section("surfaces", bytemuck::cast_slice(&surfaces::rows(geometry)))?,
-            self.take_section("chunks", |writer| std::mem::take(&mut writer.entries))?,
-            self.take_section("chunk.fates", |writer| std::mem::take(&mut writer.fates))?,
-            self.take_section("chunk.ledger", |writer| std::mem::take(&mut writer.terms))?,
+            self.section("mesh.vertices", &corners)?,
+            self.section("mesh.triangles", &triangles)?,
+            self.section("surfaces", &surfaces::rows(geometry))?,
+            self.section("chunks", &entries)?,
+            self.section("chunk.fates", &fates)?,
+            self.section("chunk.ledger", &ledgers)?,
         ];
-        if let Some(laws) = record::laws(&header.scene.materials) {
-            sections.push(self.section(record::LAWS, &laws)?);
-        }
-        if let Some(changes) = record::changes(&header.scene.sources) {
-            sections.push(self.section(record::CHANGES, bytemuck::cast_slice(&changes))?);
-        }
-        if let Some(media) = &header.scene.media {
-            let bytes = codec::encode(&media::record(media)).map_err(MapError::Limit)?;
-            sections.push(self.section(media::SECTION, &bytes)?);
-        }
-        if let Some(record) = directivity::record(&header.scene) {
-            let bytes = codec::encode(&record).map_err(MapError::Limit)?;
-            sections.push(self.section(directivity::SECTION, &bytes)?);
-        }
-        if let Some(record) = variants::record(&header.scene) {
-            let bytes = codec::encode(&record).map_err(MapError::Limit)?;
-            sections.push(self.section(variants::SECTION, &bytes)?);
-        }
-        if let Some(record) = variants::designs(&header.scene) {
-            let bytes = codec::encode(&record).map_err(MapError::Limit)?;
-            sections.push(self.section(variants::DESIGNS, &bytes)?);
-        }
-        if header.scene.sound_speed_gradient != 0.0 {
-            let gradient = [header.scene.sound_speed_gradient];
-            sections.push(self.section(GRADIENT, bytemuck::cast_slice(&gradient))?);
-        }
+        let scene = &header.scene;
+        sections.extend(self.optional(record::LAWS, record::laws(&scene.materials))?);
+        sections.extend(self.optional(record::CHANGES, record::changes(&scene.sources))?);
+        let media = scene.media.as_ref().map(media::record);
+        sections.extend(self.record(media::SECTION, media)?);
+        sections.extend(self.record(directivity::SECTION, directivity::record(scene))?);
+        sections.extend(self.record(variants::SECTION, variants::record(scene))?);
+        sections.extend(self.record(variants::DESIGNS, variants::designs(scene))?);
+        let gradient = (scene.sound_speed_gradient != 0.0).then(|| vec![scene.sound_speed_gradient]);
+        sections.extend(self.optional(GRADIENT, gradient)?);
         let record = record::header_record(header, geometry.center(), sections);
         let bytes = codec::encode(&record).map_err(MapError::Limit)?;
         let header_offset = self.pad()?;
@@ -167,20 +153,30 @@ impl<W: Write + Seek> MapWriter<W> {
         Ok(self.out)
     }
 
-    fn take_section<T: bytemuck::NoUninit>(
-        &mut self,
-        name: &str,
-        take: impl Fn(&mut Self) -> Vec<T>,
-    ) -> Result<SectionRecord, MapError> {
-        let rows = take(self);
-        self.section(name, bytemuck::cast_slice(&rows))
-    }
-
-    fn section(&mut self, name: &str, bytes: &[u8]) -> Result<SectionRecord, MapError> {
-        let offset = self.pad()?;
+    fn section<T: NoUninit>(&mut self, name: &str, rows: &[T]) -> Result<SectionRecord, MapError> {
+        let (offset, bytes) = (self.pad()?, bytemuck::cast_slice(rows));
         self.put(bytes)?;
         let digest = blake3::hash(bytes).into();
         Ok(SectionRecord { name: name.to_owned(), offset, length: bytes.len() as u64, digest })
+    }
+
+    /// A section that only maps with something to say in it have.
+    fn optional<T: NoUninit>(
+        &mut self,
+        name: &str,
+        rows: Option<Vec<T>>,
+    ) -> Result<Option<SectionRecord>, MapError> {
+        rows.map(|rows| self.section(name, &rows)).transpose()
+    }
+
+    /// The same of a record.
+    fn record<R: Encode>(
+        &mut self,
+        name: &str,
+        record: Option<R>,
+    ) -> Result<Option<SectionRecord>, MapError> {
+        let bytes = record.map(|record| codec::encode(&record)).transpose().map_err(MapError::Limit)?;
+        self.optional(name, bytes)
     }
 
     /// Zeros up to the next aligned position, which is returned.

@@ -10,9 +10,6 @@ pub enum RenderError {
     /// The map cannot be believed.
     #[error(transparent)]
     Map(#[from] MapError),
-    /// The scene's walls cannot be rebuilt.
-    #[error("the map's scene cannot be rebuilt: {0}")]
-    Scene(String),
     /// A receiver no echogram exists for.
     #[error("{}", .0.join("\n"))]
     Receivers(Vec<String>),

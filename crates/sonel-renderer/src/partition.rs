@@ -24,7 +24,7 @@ impl Partitions {
         to: Vec3,
     ) -> Option<Self> {
         if table.transmits() {
-            geometry.reaches(from, to, |surface| is_partition(geometry, table, surface)).map(Self)
+            geometry.reaches(from, to, |surface| table.mean_row(surface).is_partition).map(Self)
         } else {
             (!geometry.is_blocked(from, to)).then(Self::default)
         }
@@ -35,7 +35,7 @@ impl Partitions {
     #[must_use]
     pub(crate) fn on_way(geometry: &Geometry, table: &CoefficientTable, ends: [DVec3; 2]) -> Option<Self> {
         if table.transmits() {
-            geometry.sight(ends, None, |surface| is_partition(geometry, table, surface)).map(Self)
+            geometry.sight(ends, None, |surface| table.mean_row(surface).is_partition).map(Self)
         } else {
             geometry.is_clear(ends, None).then(Self::default)
         }
@@ -61,7 +61,7 @@ impl Partitions {
                     from = joint;
                     break;
                 };
-                if !passed.pass(geometry, table, hit.surface) {
+                if !passed.pass(table, hit.surface) {
                     return None;
                 }
                 from = geometry.pass(&hit)?.departure.origin;
@@ -73,8 +73,8 @@ impl Partitions {
     }
 
     /// Notes that `surface` is passed; false where nothing passes it.
-    pub(crate) fn pass(&mut self, geometry: &Geometry, table: &CoefficientTable, surface: SurfaceId) -> bool {
-        let passes = is_partition(geometry, table, surface);
+    fn pass(&mut self, table: &CoefficientTable, surface: SurfaceId) -> bool {
+        let passes = table.mean_row(surface).is_partition;
         if passes {
             self.0.surfaces.push(surface);
         }
@@ -111,17 +111,11 @@ impl Partitions {
 
     /// Takes from `energy` what they hold back.
     #[inline]
-    pub(crate) fn attenuate(&self, geometry: &Geometry, table: &CoefficientTable, energy: &mut [Lanes]) {
+    pub(crate) fn attenuate(&self, table: &CoefficientTable, energy: &mut [Lanes]) {
         for &surface in &self.0.surfaces {
-            energy.multiply(&table.material(geometry.surface(surface).material).transmitted.energy);
+            energy.multiply(&table.mean_row(surface).transmitted.energy);
         }
     }
-}
-
-/// Whether sound passes `surface`.
-#[must_use]
-pub(crate) fn is_partition(geometry: &Geometry, table: &CoefficientTable, surface: SurfaceId) -> bool {
-    table.material(geometry.surface(surface).material).is_partition
 }
 
 impl From<Sight> for Partitions {

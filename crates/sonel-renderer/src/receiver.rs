@@ -117,16 +117,12 @@ impl PreparedReceiver {
         let near = disc_radius.map(|radius| NEAR_PER_DISC * radius).filter(|near| nearest < *near);
         let exact = receiver.position - geometry.center();
         Self {
-            exact,
             position: geometry.to_local(receiver.position),
             balls: Balls::new(geometry, exact, wanted, nearest, about),
             disc_radius: disc_radius.unwrap_or(0.0),
-            directions: GuidedDirections::default(),
             brightest: near.map_or(f64::INFINITY, |near| 1.0 / (near * near)),
-            air: 0,
-            stretch: 1.0,
             sensitivity: receiver.sensitivity,
-            lateral_axis: None,
+            ..Self::point(exact)
         }
     }
 

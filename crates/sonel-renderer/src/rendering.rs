@@ -1,5 +1,7 @@
 //! The rendering of one source, and sums of energy in it.
 
+use std::iter::repeat_n;
+
 use crate::crossings::Crossings;
 use crate::deposit::{Deposits, TimeBins, spread_lanes};
 use crate::directions::Columns;
@@ -73,25 +75,14 @@ pub struct EdgeWork {
 }
 
 impl Rendering {
-    /// Nothing yet, at as many receivers as `borders` has lists of time borders [s].
+    /// Nothing yet.
     #[must_use]
-    pub fn new(
-        borders: &[Vec<f64>],
-        columns: Columns,
-        bins: &TimeBins,
-        bands: usize,
-        batches: usize,
-    ) -> Self {
-        let receivers = borders.len();
-        let of_receiver =
-            |borders: &Vec<f64>| vec![CoarseEchogram::new(borders.len(), bands); columns.coarse];
-        let of_batch: Vec<CoarseEchogram> = borders.iter().flat_map(of_receiver).collect();
-        let nothing = || vec![of_batch.clone(); batches];
+    pub fn new(receivers: usize, columns: Columns, bins: &TimeBins, bands: usize) -> Self {
         Self {
             columns,
             total: Deposits::new(receivers * columns.fine, bins.count, bands),
-            batches: nothing(),
-            kernel_differences: nothing(),
+            batches: Vec::new(),
+            kernel_differences: Vec::new(),
             arrivals: Vec::new(),
             classes: PathClass::ALL.map(|class| (class, vec![0.0; bands])),
             class_energies: PathClass::ALL.map(|_| vec![0.0; receivers * bands]),
@@ -225,6 +216,13 @@ impl CoarseEchogram {
     pub fn new(borders: usize, bands: usize) -> Self {
         let lanes = lanes_of(bands);
         Self { lanes, energy: vec![Lanes::ZERO; borders.saturating_sub(1) * lanes] }
+    }
+
+    /// Nothing between the coarse `borders` of each receiver, in so many columns each.
+    #[must_use]
+    pub fn of_receivers(borders: &[Vec<f64>], columns: usize, bands: usize) -> Vec<Self> {
+        let of_receiver = |borders: &Vec<f64>| repeat_n(Self::new(borders.len(), bands), columns);
+        borders.iter().flat_map(of_receiver).collect()
     }
 
     fn spread(&self, classes: &BandClasses) -> Self {

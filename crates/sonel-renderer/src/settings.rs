@@ -55,18 +55,12 @@ impl Estimator {
 
     /// Whether connections own … D R.
     pub(crate) fn connects_diffuse(self) -> bool {
-        match self {
-            Self::Auto | Self::Connection | Self::Gather => true,
-            Self::Sphere | Self::Paper => false,
-        }
+        matches!(self, Self::Auto | Self::Connection | Self::Gather)
     }
 
     /// Whether it has rays of its own: specular ones from the source, visibility rays from receivers.
     pub(crate) fn has_rays(self) -> bool {
-        match self {
-            Self::Auto | Self::Gather => true,
-            Self::Connection | Self::Sphere | Self::Paper => false,
-        }
+        matches!(self, Self::Auto | Self::Gather)
     }
 
     /// Name in docs/interface.md.

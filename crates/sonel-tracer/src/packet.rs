@@ -1,7 +1,6 @@
 //! Traces one packet from emission to its fate.
 
-use glam::DVec3;
-use sonel_geometry::{Departure, Geometry, Hit};
+use sonel_geometry::{Geometry, Hit};
 use sonel_map::coefficients::MaterialRow;
 use sonel_map::{
     CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, Event, PacketStart, PathWeight, Vertex, sweep,
@@ -64,12 +63,8 @@ enum Passed {
 
 /// Start of one packet.
 pub struct Emission<'a> {
-    /// Place of the source about the scene's centre [m].
-    pub position: DVec3,
-    /// Unit direction.
-    pub direction: glam::Vec3,
-    /// Number of the air at the source.
-    pub air: u32,
+    /// Where and in which unit direction it leaves the source.
+    pub flight: Flight,
     /// Source.
     pub source: &'a Source,
     /// Column whose probabilities decide: that of its lead.
@@ -111,15 +106,8 @@ impl Surroundings<'_> {
     /// Traces one packet to its end, leaving its path and its ledger in `records`.
     pub fn trace_packet(&self, emission: &Emission<'_>, stream: &mut Stream, records: &mut Records) {
         begin(emission, records);
-        let flight = Flight {
-            position: emission.position,
-            departure: Departure::free(emission.position.as_vec3()),
-            direction: emission.direction,
-            length: 0.0,
-            air: emission.air,
-        };
-        let mut packet =
-            Packet { flight, deciding: emission.deciding, passed: Passed::None, passage: Passage::On };
+        let Emission { flight, deciding, .. } = *emission;
+        let mut packet = Packet { flight, deciding, passed: Passed::None, passage: Passage::On };
         let last = loop {
             if let Some(last) = self.step(&mut packet, stream, records) {
                 break last;
@@ -247,8 +235,8 @@ impl Surroundings<'_> {
     pub fn take_over(&self, emission: &Emission<'_>, path: &[Vertex], records: &mut Records) {
         begin(emission, records);
         let Records { paths, ledger, weight } = records;
-        let mut from = emission.position;
-        sweep((from, emission.air), path, &self.table, weight, |segment| {
+        let Flight { position: mut from, air, .. } = emission.flight;
+        sweep((from, air), path, &self.table, weight, |segment| {
             if segment.is_part {
                 return;
             }
@@ -307,7 +295,7 @@ pub fn is_complete(path: &[Vertex]) -> bool {
 #[inline]
 fn begin(emission: &Emission<'_>, records: &mut Records) {
     let Records { ledger, weight, .. } = records;
-    weight.emit_from(emission.source, emission.direction, emission.share, emission.start);
+    weight.emit_from(emission.source, emission.flight.direction, emission.share, emission.start);
     ledger.emitted(emission.share, &emission.start.expected, weight.energy());
 }
 

@@ -4,13 +4,13 @@ use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
-use sonel_geometry::{Geometry, Misplaced, NearestSide};
+use sonel_geometry::{Departure, Geometry, Misplaced, NearestSide};
 use sonel_map::{
     BandClasses, ChunkPaths, CoefficientTable, Emissions, Event, Fate, Leads, Ledger, MapHeader, Mode,
     Settings, ShardRange, SonelMap, Spectral,
 };
 use sonel_sampling::{Frame, Purpose, StreamFamily};
-use sonel_scene::{Propagation, Scene, Source};
+use sonel_scene::{Flight, Propagation, Scene, Source};
 use thiserror::Error;
 
 use crate::packet::{Emission, Records, Surroundings, is_complete};
@@ -222,10 +222,10 @@ impl<'a> Tracer<'a> {
         let (emissions, (position, air)) = (&self.emissions, self.emissions.origin(source));
         let indices = emissions.layout.emissions(chunk..chunk + 1);
         for index in indices.clone() {
+            let direction = emissions.direction(source, index);
+            let departure = Departure::free(position.as_vec3());
             let emission = Emission {
-                position,
-                direction: emissions.direction(source, index),
-                air,
+                flight: Flight { position, departure, direction, length: 0.0, air },
                 source: &self.scene.sources[source as usize],
                 deciding: self.leads.of(emissions.layout.lead(index) as usize),
                 start: emissions.start(index),

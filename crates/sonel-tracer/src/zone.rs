@@ -30,9 +30,7 @@ pub(crate) struct DiffractionZones {
     rims: Vec<Rim>,
     /// λ/2 per band [m]; zero in bands that are not diffracted.
     widths: Vec<f64>,
-    /// Distance from a plane up to which a way starts on it [m].
-    on_plane: f64,
-    /// Distance from the ends of an edge that packets keep [m]: a wall may stand there.
+    /// Distance from a plane up to which a way starts on it, and from the ends of an edge that packets keep, where a wall may stand [m].
     margin: f64,
 }
 
@@ -75,7 +73,6 @@ impl DiffractionZones {
         Self {
             rims: edges.flat_map(|(number, edge)| rims(geometry, number as u32, edge)).collect(),
             widths: wavelengths.iter().map(|wavelength| 0.5 * wavelength).collect(),
-            on_plane: STARTS_ON_PLANE * f64::from(geometry.resolution()),
             margin: STARTS_ON_PLANE * f64::from(geometry.resolution()),
         }
     }
@@ -91,7 +88,7 @@ impl DiffractionZones {
             let on_edge = (0.0..=rim.length).contains(&found.along);
             let is_first = first.is_none_or(|first| {
                 let later = (found.share - first.share) * length;
-                if later.abs() <= self.on_plane { found.aside < first.aside } else { later < 0.0 }
+                if later.abs() <= self.margin { found.aside < first.aside } else { later < 0.0 }
             });
             if found.aside <= width && on_edge && is_first {
                 first = Some(found);
@@ -117,7 +114,7 @@ impl DiffractionZones {
     fn beside<'a>(&self, rim: &'a Rim, way: &Way<'_>) -> Option<Candidate<'a>> {
         let here = (way.from - rim.origin).dot(rim.normal);
         let there = (way.to - rim.origin).dot(rim.normal);
-        if here * there >= 0.0 || here.abs() <= self.on_plane {
+        if here * there >= 0.0 || here.abs() <= self.margin {
             return None;
         }
         let share = here / (here - there);

@@ -49,16 +49,11 @@ impl About {
         2.0 * self.radius * libm::cos(0.5 * self.angle)
     }
 
-    /// 1, but near the face on both of its sides, where it is 0.
+    /// 1, but near the face on both of its sides: ½ where tan ½θ is [`FADED`], 0 on it.
     fn off_the_face(self) -> f64 {
-        off(self.angle, FADED)
+        let (sine, cosine) = libm::sincos(0.5 * self.angle);
+        sine * sine / (sine * sine + (FADED * cosine) * (FADED * cosine))
     }
-}
-
-/// 0 at no angle [rad], ½ where tan ½θ is `faded`, and 1 farther off.
-fn off(angle: f64, faded: f64) -> f64 {
-    let (sine, cosine) = libm::sincos(0.5 * angle);
-    sine * sine / (sine * sine + (faded * cosine) * (faded * cosine))
 }
 
 /// a/(a + b).

@@ -6,24 +6,6 @@ use sonel_map::CoefficientTable;
 
 use crate::partition::Partitions;
 
-/// Length outside of partitions [m] and unit direction of the direct path from `source` to `receiver` (both about the scene's centre), and what it passes;
-/// [`None`] where a surface is in between that nothing passes.
-#[must_use]
-pub(crate) fn direct_path(
-    geometry: &Geometry,
-    table: &CoefficientTable,
-    source: DVec3,
-    receiver: DVec3,
-) -> Option<(f64, DVec3, Partitions)> {
-    let ends = [
-        geometry.in_general_position(source, End::Source),
-        geometry.in_general_position(receiver, End::Receiver),
-    ];
-    let passed = Partitions::on_way(geometry, table, ends)?;
-    let offset = receiver - passed.shift() - source;
-    Some((offset.length(), offset.normalize(), passed))
-}
-
 /// A way from a source to a receiver.
 pub(crate) struct DirectWay {
     /// Its length; where the speed of sound has a gradient its travel time times that of the scene [m].
@@ -48,13 +30,18 @@ pub(crate) fn direct_way(
     receiver: DVec3,
 ) -> Option<DirectWay> {
     let Some(leg) = table.propagation().leg(source, receiver) else {
-        let (length, departing, passed) = direct_path(geometry, table, source, receiver)?;
-        let spread = spread(length);
+        let ends = [
+            geometry.in_general_position(source, End::Source),
+            geometry.in_general_position(receiver, End::Receiver),
+        ];
+        let passed = Partitions::on_way(geometry, table, ends)?;
+        let offset = receiver - passed.shift() - source;
+        let (in_air, departing) = (offset.length(), offset.normalize());
         return Some(DirectWay {
-            length: length + passed.thickness(),
+            length: in_air + passed.thickness(),
             departing,
             towards: -departing,
-            spread,
+            spread: spread(in_air),
             passed,
         });
     };

@@ -20,7 +20,7 @@ use crate::disc_size::{disc_radius, free_path};
 use crate::path_class::PathClass;
 use crate::settings::RenderSettings;
 use crate::stochastic::gather::disc::Sheet;
-use zone::ZoneEdge;
+use sonel_diffraction::Wedge;
 
 /// Radius of the source's sphere at [`REFERENCE_RAYS`], relative to the mean free path [1]. Chosen, not measured: that of receiver spheres;
 /// doubled, its bias is four times as large and a quarter of the rays suffices.
@@ -38,11 +38,11 @@ pub(crate) struct Paper {
     /// Radius of the discs [m].
     pub disc_radius: f64,
     /// Radius of the sphere about each source [m].
-    source_radius: Vec<f64>,
+    pub source_radius: Vec<f64>,
     /// Visibility rays of one receiver and band in one batch.
     rays: u32,
     /// Edges that diffract; none where diffraction is off.
-    pub edges: Vec<ZoneEdge>,
+    pub edges: Vec<Wedge>,
     /// Wavelength at the centre of every band [m]; zero in bands that are not diffracted.
     pub wavelengths: Vec<f64>,
 }
@@ -67,15 +67,9 @@ impl Paper {
             disc_radius: disc_radius(DISC_PER_FREE_PATH, free_path(geometry), settings, traced),
             source_radius: scene.sources.iter().map(|s| sphere.min(clearance(s.position))).collect(),
             rays: rays.div_ceil(traced.batches),
-            edges: if wavelengths.is_some() { ZoneEdge::all(geometry) } else { Vec::new() },
+            edges: if wavelengths.is_some() { zone::edges(geometry) } else { Vec::new() },
             wavelengths: wavelengths.unwrap_or_default(),
         }
-    }
-
-    /// Radius of the sphere that stands for source number `source` [m].
-    #[must_use]
-    pub(crate) fn source_radius(&self, source: usize) -> f64 {
-        self.source_radius[source]
     }
 
     /// Estimator of `class`.
@@ -85,10 +79,7 @@ impl Paper {
             PathClass::Direct => "shadow ray",
             PathClass::Edge => "first Fresnel zone",
             PathClass::ImageSource | PathClass::LateSpecular => "sphere about the source",
-            PathClass::Diffuse
-            | PathClass::DiffuseMirror
-            | PathClass::LongDiffuseMirror
-            | PathClass::Refracted => "gather where a visibility ray is reflected diffusely",
+            _ => "gather where a visibility ray is reflected diffusely",
         }
     }
 
@@ -106,10 +97,7 @@ impl Paper {
                 let radii: Vec<String> = self.source_radius.iter().map(|a| format!("{a:.3} m")).collect();
                 format!("as the paper writes; radius {}", radii.join(", "))
             }
-            PathClass::Diffuse
-            | PathClass::DiffuseMirror
-            | PathClass::LongDiffuseMirror
-            | PathClass::Refracted => {
+            _ => {
                 format!("as the paper writes, delta applied once; discs of {:.3} m", self.disc_radius)
             }
         }

@@ -9,14 +9,8 @@ use core::f64::consts::TAU;
 
 use glam::DVec3;
 use sonel_diffraction::{Wedge, apex};
-use sonel_geometry::{Departure, Geometry};
+use sonel_geometry::{Departure, Edge, Geometry};
 use sonel_sampling::ScrambledSobol;
-
-/// An edge that diffracts.
-pub(crate) struct ZoneEdge {
-    /// About the scene's centre.
-    wedge: Wedge,
-}
 
 /// The first Fresnel zone of one edge between a source and a receiver.
 #[derive(Debug, Clone, Copy)]
@@ -30,31 +24,26 @@ pub(crate) struct FirstZone {
     border: f64,
 }
 
-impl ZoneEdge {
-    /// All edges of `geometry`, each once.
-    #[must_use]
-    pub(crate) fn all(geometry: &Geometry) -> Vec<Self> {
-        let local = |point: DVec3| point - geometry.center();
-        geometry
-            .diffracting_edges()
-            .filter_map(|edge| {
-                // No two of its sectors span more than half of the air: the first is the only one.
-                let sector = edge.sectors.first()?;
-                let wedge = Wedge::new(edge.ends.map(local), sector.inward, sector.normal, sector.angle)?;
-                Some(Self { wedge })
-            })
-            .collect()
-    }
+/// All edges of `geometry` that diffract, each once, about the scene's centre.
+#[must_use]
+pub(crate) fn edges(geometry: &Geometry) -> Vec<Wedge> {
+    let local = |point: DVec3| point - geometry.center();
+    let wedge = |edge: &Edge| {
+        // No two of its sectors span more than half of the air: the first is the only one.
+        let sector = edge.sectors.first()?;
+        Wedge::new(edge.ends.map(local), sector.inward, sector.normal, sector.angle)
+    };
+    geometry.diffracting_edges().filter_map(wedge).collect()
+}
 
-    /// The place of the edge where the way over it from `source` to `receiver` is shortest; [`None`] where either is within the
-    /// solid, or where the receiver does not see it: no visibility ray would meet it.
-    #[must_use]
-    pub(crate) fn place(&self, geometry: &Geometry, source: DVec3, receiver: DVec3) -> Option<DVec3> {
-        let along = apex(self.wedge.locate(source)?, self.wedge.locate(receiver)?);
-        let place = self.wedge.at(along.clamp(0.0, self.wedge.length()));
-        let blocked = geometry.is_blocked(Departure::free(receiver.as_vec3()), place.as_vec3());
-        (!blocked).then_some(place)
-    }
+/// The place of an edge where the way over it from source to receiver is shortest; [`None`] where either is within the
+/// solid, or where the receiver does not see it: no visibility ray would meet it.
+#[must_use]
+pub(crate) fn place_on(edge: &Wedge, geometry: &Geometry, [source, receiver]: [DVec3; 2]) -> Option<DVec3> {
+    let along = apex(edge.locate(source)?, edge.locate(receiver)?);
+    let place = edge.at(along.clamp(0.0, edge.length()));
+    let blocked = geometry.is_blocked(Departure::free(receiver.as_vec3()), place.as_vec3());
+    (!blocked).then_some(place)
 }
 
 impl FirstZone {

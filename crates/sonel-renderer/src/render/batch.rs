@@ -22,7 +22,7 @@ use crate::stochastic::gather::disc::place;
 use crate::stochastic::gather::near::NearSource;
 use crate::stochastic::gather::rays::{Found, GatherPoint, Observer, Sonels};
 use crate::stochastic::gather::{GatherIndex, cast};
-use crate::stochastic::kernel::{KernelDifference, coarse_bins};
+use crate::stochastic::kernel::coarse_bins;
 use crate::stochastic::medium::Medium;
 use crate::stochastic::mirror_connection::ReceiverImages;
 use crate::stochastic::selection::{Selector, SonelSelection};
@@ -31,24 +31,27 @@ use crate::stochastic::selection::{Selector, SonelSelection};
 pub const BATCHES_IN_FLIGHT: u32 = 8;
 
 /// One batch's estimate: all its echograms, and the sums of its classes per receiver.
-pub(crate) struct BatchEstimate {
+pub(crate) struct BatchEstimate<'t> {
+    tile: &'t Tile<'t>,
     deposits: Deposits,
     sums: [Vec<Lanes>; PathClass::ALL.len()],
     /// Packets that passed near the balls of the receivers.
     pub crossings: Crossings,
-    kernel: KernelDifference,
+    /// E′ − E by receiver and column, see [`crate::stochastic::kernel`].
+    kernel: Vec<CoarseEchogram>,
     axes: Axes,
     /// Energy under way at [`TimeBins::marks`](crate::deposit::TimeBins::marks).
     under_way: [Vec<Lanes>; 2],
 }
 
-impl BatchEstimate {
-    fn new(tile: &Tile<'_>, bins: usize, bands: usize) -> Self {
+impl<'t> BatchEstimate<'t> {
+    fn new(tile: &'t Tile<'t>, bins: usize, bands: usize) -> Self {
         let axes = axes(tile.receivers);
         let Columns { fine, coarse } = axes.columns();
         Self {
+            tile,
             deposits: Deposits::new(tile.receivers.len() * fine, bins, bands),
-            kernel: KernelDifference::new(tile.borders, coarse, bands),
+            kernel: CoarseEchogram::of_receivers(tile.borders, coarse, bands),
             axes,
             sums: PathClass::ALL.map(|_| vec![Lanes::ZERO; tile.receivers.len() * lanes_of(bands)]),
             crossings: Crossings::new(tile.receivers.len(), bands),
@@ -61,7 +64,7 @@ impl BatchEstimate {
         self.deposits.clear();
         self.sums.iter_mut().chain(&mut self.under_way).for_each(|sum| sum.fill(Lanes::ZERO));
         self.crossings.clear();
-        self.kernel.at.iter_mut().for_each(CoarseEchogram::clear);
+        self.kernel.iter_mut().for_each(CoarseEchogram::clear);
     }
 
     /// Counts what `segment` carries at [`TimeBins::marks`](crate::deposit::TimeBins::marks). What escapes brings nothing any more.
@@ -82,15 +85,15 @@ impl BatchEstimate {
         }
     }
 
-    /// Adds the estimate of `batch` of `weight` at the receivers of `tile` to `rendering`, its echograms to `total`.
+    /// Adds the estimate of `batch` of `weight` to `rendering`, its echograms to `total`.
     fn add_to(
         &self,
         rendering: &mut Rendering,
         total: &mut Deposits,
         (batch, weight): (usize, f64),
-        tile: &Tile<'_>,
         bins: &TimeBins,
     ) {
+        let tile = self.tile;
         let receivers = tile.receivers.len();
         for (class, sums) in PathClass::ALL.into_iter().zip(&self.sums) {
             for (receiver, sum) in (tile.first..).zip(sums.chunks_exact(sums.len() / receivers)) {
@@ -105,16 +108,11 @@ impl BatchEstimate {
         total.add_receivers(tile.first * columns.fine, &self.deposits, weight);
         for (local, column) in (0..receivers).flat_map(|local| (0..columns.coarse).map(move |c| (local, c))) {
             let index = (tile.first + local) * columns.coarse + column;
-            rendering.kernel_differences[batch][index].add(&self.kernel.at[local * columns.coarse + column]);
-            let coarse: &mut CoarseEchogram = &mut rendering.batches[batch][index];
+            rendering.kernel_differences[batch][index].add(&self.kernel[local * columns.coarse + column]);
+            let (borders, first_arrival) = (&tile.borders[local], bins.time(tile.direct_lengths[local]));
             let fine = local * columns.fine + column;
-            coarse.add_fine(
-                &tile.borders[local],
-                &self.deposits,
-                fine,
-                bins,
-                bins.time(tile.direct_lengths[local]),
-            );
+            let coarse = &mut rendering.batches[batch][index];
+            coarse.add_fine(borders, &self.deposits, fine, bins, first_arrival);
         }
     }
 
@@ -126,6 +124,7 @@ impl BatchEstimate {
             kernel: &mut self.kernel,
             crossings: &mut self.crossings,
             axes: &self.axes,
+            coarse_bins: &self.tile.coarse_bins,
         }
     }
 }
@@ -140,16 +139,8 @@ pub(crate) struct Tile<'a> {
     borders: &'a [Vec<f64>],
     /// Lengths of the straight ways from the source [m].
     pub direct_lengths: Vec<f64>,
-    /// By receiver and fine bin.
+    /// The coarse bin of every fine bin, by receiver.
     coarse_bins: Vec<Vec<u32>>,
-}
-
-impl Tile<'_> {
-    /// The coarse bin of a receiver's fine bin.
-    #[inline]
-    pub(crate) fn coarse_bin(&self, receiver: usize, bin: usize) -> u32 {
-        self.coarse_bins[receiver][bin]
-    }
 }
 
 /// Receivers that share a sweep, with their images.
@@ -209,12 +200,11 @@ impl Renderer<'_> {
         batches: Range<u32>,
         progress: &mut (dyn FnMut(f64) + Send),
     ) {
-        let selection = self.surveys[source].selection.as_ref();
-        let group = ReceiverGroup { selection, ..self.group(source, tile, rendering.mirror_order) };
+        let group = self.group(source, tile, rendering.mirror_order);
         for (order, others) in rendering.image_order[tile.first..].iter_mut().zip(&group.others) {
             *order = others.image_order;
         }
-        let fill = |batch, estimate: &mut BatchEstimate| self.estimate(batch, source, &group, estimate);
+        let fill = |batch, estimate: &mut BatchEstimate<'_>| self.estimate(batch, source, &group, estimate);
         self.add_estimates(rendering, total, tile, batches, fill, progress);
     }
 
@@ -226,11 +216,11 @@ impl Renderer<'_> {
         total: &mut Deposits,
         tile: &Tile<'_>,
         batches: Range<u32>,
-        fill: impl Fn(u32, &mut BatchEstimate) + Sync,
+        fill: impl Fn(u32, &mut BatchEstimate<'_>) + Sync,
         progress: &mut (dyn FnMut(f64) + Send),
     ) {
         let count = batches.len() as u32;
-        let mut estimates: Vec<BatchEstimate> = (0..count.min(BATCHES_IN_FLIGHT))
+        let mut estimates: Vec<BatchEstimate<'_>> = (0..count.min(BATCHES_IN_FLIGHT))
             .map(|_| BatchEstimate::new(tile, self.bins.count, self.table.bands()))
             .collect();
         let done = Mutex::new((0, progress));
@@ -245,33 +235,30 @@ impl Renderer<'_> {
             });
             for (batch, estimate) in (first as usize..).zip(group) {
                 let weight = self.emissions.batches[batch].weight;
-                estimate.add_to(rendering, total, (batch, weight), tile, &self.bins);
+                estimate.add_to(rendering, total, (batch, weight), &self.bins);
             }
         }
     }
 
     /// Prepares the images of the receivers of `tile`. K′ is a matter of each receiver: it depends on nobody who shares the call.
     fn group<'b>(&'b self, source: usize, tile: &'b Tile<'b>, mirror_order: u32) -> ReceiverGroup<'b> {
-        let Tile { receivers, direct_lengths, .. } = tile;
+        let receivers = tile.receivers;
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
         let images: Vec<Option<ReceiverImages>> = receivers
             .par_iter()
             .map(|receiver| ReceiverImages::new(self.geometry, &self.table, receiver, self.image_order))
             .collect();
-        let others = images
-            .iter()
-            .zip(direct_lengths)
-            .map(|(images, &direct_length)| AssignedClasses {
-                direct_length,
-                mirror_order,
-                specular_rays: self.casts_specular_rays(),
-                image_order: self.owned_order(images.as_ref()),
-                diffuse: self.connects_diffuse(),
-            })
-            .collect();
+        let others = |images: &Option<ReceiverImages>| AssignedClasses {
+            mirror_order,
+            specular_rays: self.casts_specular_rays(),
+            image_order: self.owned_order(images.as_ref()),
+            diffuse: self.connects_diffuse(),
+        };
+        let others = images.iter().map(others).collect();
         let is_near = self.gather.is_some() && receivers.iter().any(PreparedReceiver::is_near_surface);
+        let selection = self.surveys[source].selection.as_ref();
         let source = is_near.then(|| NearSource::new(self.geometry, &self.table, radiator));
-        ReceiverGroup { tile, images, others, source, selection: None }
+        ReceiverGroup { tile, images, others, source, selection }
     }
 
     /// K′ at a receiver with `images`; without limit where rays gather.
@@ -286,7 +273,7 @@ impl Renderer<'_> {
         source: usize,
         batch: u32,
         scratch: &mut [Lanes],
-        estimate: &mut BatchEstimate,
+        estimate: &mut BatchEstimate<'_>,
     ) -> Option<GatherIndex<GatherPoint>> {
         let (sheets, settings) = self.gather.as_ref()?;
         let medium = self.medium();
@@ -303,7 +290,7 @@ impl Renderer<'_> {
                 Found::Disc(point) => points.push(point),
                 Found::Near(place) => {
                     let Some(source) = &group.source else { return };
-                    let mut deposits = estimate.class(last_class(place.seen_directly));
+                    let mut deposits = estimate.class(last_class(place.ray.is_seen_directly()));
                     source.connect(&place, number, receiver, &medium, scratch, &mut deposits);
                 }
             });
@@ -324,7 +311,7 @@ impl Renderer<'_> {
         arrival: Arrival,
         group: &ReceiverGroup<'_>,
         scratch: &mut Scratch,
-        estimate: &mut BatchEstimate,
+        estimate: &mut BatchEstimate<'_>,
     ) {
         let Scratch { index, discs, brought, selected, .. } = scratch;
         let Some(((sheets, _), index)) = self.gather.as_ref().zip(index.as_ref()) else { return };
@@ -357,9 +344,8 @@ impl Renderer<'_> {
             let length = segment.end_length + ray + leg;
             let Some(bin) = self.bins.bin(length) else { continue };
             medium.receive(prepared, (ray + leg).max(0.0), brought);
-            let coarse = group.tile.coarse_bin(receiver, bin);
             let arriving = Arriving { receiver, towards: point.towards.as_dvec3(), length, bin };
-            estimate.class(class).add_from_kernel(arriving, brought, gain, coarse, &medium);
+            estimate.class(class).add_from_kernel(arriving, brought, gain, &medium);
         }
     }
 
@@ -375,7 +361,13 @@ impl Renderer<'_> {
     }
 
     /// Fills `estimate`, which is empty, with what one batch says.
-    fn estimate(&self, batch: u32, source: usize, group: &ReceiverGroup<'_>, estimate: &mut BatchEstimate) {
+    fn estimate(
+        &self,
+        batch: u32,
+        source: usize,
+        group: &ReceiverGroup<'_>,
+        estimate: &mut BatchEstimate<'_>,
+    ) {
         if let Some(paper) = &self.paper {
             return self.estimate_as_paper(paper, batch, source, group, estimate);
         }
@@ -400,19 +392,6 @@ impl Renderer<'_> {
             self.follow_path(path, source, 1.0, &mut weight, |segment, arriving| {
                 self.add_segment(segment, arriving, group, &mut scratch, estimate);
             });
-        }
-    }
-
-    /// Visits every segment of every path of one batch, with its energy where it ends ([`Self::follow_path`]).
-    pub(crate) fn each_segment(
-        &self,
-        batch: u32,
-        source: usize,
-        mut visit: impl FnMut(&Segment<'_>, &[Lanes]),
-    ) {
-        let mut weight = PathWeight::of(&self.table);
-        for path in self.map.batch_paths(source as u32, batch) {
-            self.follow_path(path, source, 1.0, &mut weight, &mut visit);
         }
     }
 
@@ -444,7 +423,7 @@ impl Renderer<'_> {
         arriving: &[Lanes],
         group: &ReceiverGroup<'_>,
         scratch: &mut Scratch,
-        estimate: &mut BatchEstimate,
+        estimate: &mut BatchEstimate<'_>,
     ) {
         let medium = self.medium();
         estimate.record_segment(segment, &medium, &mut scratch.energy);
@@ -457,10 +436,10 @@ impl Renderer<'_> {
             if left.peek().is_some() {
                 estimate.crossings.pass(piece.beam, segment.energy);
             }
-            let receivers = left.map(|(index, (receiver, others))| (index, receiver, others.direct_length));
+            let direct_lengths = &group.tile.direct_lengths;
+            let receivers = left.map(|(index, (receiver, _))| (index, receiver, direct_lengths[index]));
             let mut deposits = estimate.class(sphere_class(segment.history));
-            let coarse = |receiver, bin| group.tile.coarse_bin(receiver, bin);
-            cross(&piece, receivers, &medium, coarse, &mut scratch.energy, &mut deposits);
+            cross(&piece, receivers, &medium, &mut scratch.energy, &mut deposits);
         }
         let Some(arrival) = segment.arrival else { return };
         let row = &*self.table.row(arrival.surface, segment.direction());

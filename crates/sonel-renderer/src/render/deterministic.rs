@@ -29,8 +29,8 @@ struct Emitted<'a> {
     air: u32,
     radiator: Radiator<'a>,
     image_sources: &'a ImageSources,
-    /// The edges and what they see of the source, where any diffract.
-    over_edges: Option<(&'a Edges, &'a Images<'a>)>,
+    /// What edges see of the source, where any diffract.
+    over_edges: Option<&'a Images<'a>>,
 }
 
 /// Deterministic arrivals at one receiver.
@@ -117,7 +117,7 @@ impl Renderer<'_> {
         let edges = self.edges_in(air);
         let images =
             edges.map(|edges| edges.of_source(self.geometry, &self.table, radiator.position, image_sources));
-        let emitted = Emitted { air, radiator, image_sources, over_edges: edges.zip(images.as_ref()) };
+        let emitted = Emitted { air, radiator, image_sources, over_edges: images.as_ref() };
         let parts: Vec<Part<'_>> = receivers
             .par_iter()
             .zip(borders)
@@ -170,11 +170,11 @@ impl Renderer<'_> {
                 let MirrorArrival { length, towards, order, .. } = *wave;
                 part.add(class(order), length, towards, order, energy, order <= listed);
             }),
-            Some((edges, images)) => {
-                let mut visible = self.visible(edges, &at, emitted);
+            Some(images) => {
+                let mut visible = self.visible(images.edges, &at, emitted);
                 let is_clear = visible.iter().any(|wave| wave.order == 0 && wave.place.through.is_empty());
-                let sound = edges.arrivals_at(&at, images, &mut visible, others);
-                for arrival in sound.arrivals {
+                let (arrivals, work) = images.edges.arrivals_at(&at, images, &mut visible, others);
+                for arrival in arrivals {
                     // Beside a clear direct path edges are many and weak: they count but are not listed.
                     let listed = !is_clear && arrival.order <= listed;
                     let energy = to_lanes(arrival.energy);
@@ -183,7 +183,7 @@ impl Renderer<'_> {
                 for VisibleWave { length, towards, order, energy, .. } in visible {
                     part.add(class(order), length, towards, order, &to_lanes(energy), order <= listed);
                 }
-                part.edge_work = Some(sound.work);
+                part.edge_work = Some(work);
             }
         }
         part.arrivals.sort_by(|a, b| a.length.total_cmp(&b.length));
@@ -261,8 +261,8 @@ impl Renderer<'_> {
         let energy = factors.iter().zip(at.attenuation);
         let energy = energy.map(|(factor, m)| factor * spread * libm::exp(-m * length));
         let (mut energy, mut factors) = (to_lanes(energy), to_lanes(factors.iter().copied()));
-        passed.attenuate(self.geometry, &self.table, &mut factors);
-        passed.attenuate(self.geometry, &self.table, &mut energy);
+        passed.attenuate(&self.table, &mut factors);
+        passed.attenuate(&self.table, &mut energy);
         if !at.table.propagation().is_straight() || passed.thickness() > 0.0 {
             factors.scale(spread / self::spread(length));
         }

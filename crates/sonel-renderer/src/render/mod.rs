@@ -113,11 +113,6 @@ fn attenuation(scene: &Scene, settings: &RenderSettings, bins: &TimeBins) -> Res
     Ok(attenuation.clone())
 }
 
-/// Bands that nothing tells apart; edges tell all of them apart.
-fn band_classes(map: &SonelMap, diffracts: bool, attenuation: &[f64]) -> BandClasses {
-    if diffracts { BandClasses::separate(map.header().scene.bands.count()) } else { map.classes(attenuation) }
-}
-
 /// The edges in each air of `scene`.
 fn edges(scene: &Scene, geometry: &Geometry) -> Vec<Edges> {
     let speeds = scene.stretches().into_iter().map(|stretch| scene.speed_of_sound / stretch);
@@ -143,22 +138,28 @@ impl<'a> Renderer<'a> {
         refuse_regions(scene, &settings)?;
         let bins = TimeBins::new(settings.bin, scene.duration, scene.speed_of_sound);
         let attenuation = attenuation(scene, &settings, &bins)?;
-        let ray_reach = bins.reach / scene.stretches().into_iter().fold(1.0, f64::min);
         let traced = &map.header().settings;
         let by_paper = settings.estimator == Estimator::Paper;
         let diffracts = settings.edges && !by_paper && geometry.diffracting_edges().next().is_some();
-        let classes = band_classes(map, diffracts, &attenuation);
+        // Edges tell all bands apart.
+        let all_apart = || BandClasses::separate(scene.bands.count());
+        let classes = if diffracts { all_apart() } else { map.classes(&attenuation) };
         let carried = carries(&settings.air, map);
         let (airs, least) = Airs::new(scene, &settings.air, &classes, &attenuation, &carried, bins.reach);
         let table = map.coefficients(&classes);
         let has_lattice = settings.estimator == Estimator::Auto && lattice_room(geometry, &table).is_some();
         let sources = scene.sources.len();
+        let rays = GatherSettings {
+            rays: settings.rays(traced.emissions).div_ceil(traced.batches),
+            reach: bins.reach / scene.stretches().into_iter().fold(1.0, f64::min),
+            // Unasked not where the images of a receiver are a lattice. Where planes are few, rays are as fast as connections to images and half
+            // as noisy.
+            by_mirrors: !has_lattice,
+        };
         let prepared = Preparation {
             image_order: if has_lattice { image_order(geometry, &table) } else { 0 },
             image_sources: (0..sources).map(|_| OnceLock::new()).collect(),
-            gather: settings.estimator.has_rays().then(|| {
-                (Sheet::all(geometry), gather_settings(&settings, geometry, &table, traced, ray_reach))
-            }),
+            gather: settings.estimator.has_rays().then(|| (Sheet::all(geometry), rays)),
             paper: by_paper.then(|| Paper::new(geometry, map.header(), &settings)),
             edges: if diffracts { edges(scene, geometry) } else { Vec::new() },
             airs,
@@ -379,14 +380,14 @@ impl<'a> Renderer<'a> {
                     .then(|| disc_radius(DISC_PER_FREE_PATH, scale.free_path, &self.settings, traced));
                 let interface = distance_to_interface(&self.map.header().scene, self.geometry, position);
                 let about = Surroundings { free_path: scale.distance, interface };
-                let receiver = PreparedReceiver {
+                let air = airs.as_ref().map_or(0, |airs| airs.at(r.position));
+                PreparedReceiver {
+                    air,
+                    stretch: self.table.propagation().stretch(air, r.position - self.geometry.center()),
                     lateral_axis: self.settings.directions.then(|| self.lateral_axis(r)).flatten(),
                     directions: outlook.directions,
                     ..PreparedReceiver::new(r, self.geometry, about, traced.emissions, disc)
-                };
-                let air = airs.as_ref().map_or(0, |airs| airs.at(r.position));
-                let stretch = self.table.propagation().stretch(air, receiver.exact);
-                PreparedReceiver { air, stretch, ..receiver }
+                }
             })
             .collect()
     }
@@ -400,25 +401,4 @@ pub fn is_at_source(position: DVec3, scene: &Scene, geometry: &Geometry) -> bool
 
 fn coincide(source: &Source, position: DVec3, geometry: &Geometry) -> bool {
     source.position.distance(position) <= f64::from(geometry.resolution())
-}
-
-/// Whether rays gather by mirrors: where asked for, and where the images of a receiver are no lattice. Where planes are few, rays are as
-/// fast as connections to images and half as noisy.
-fn gathers_by_mirrors(settings: &RenderSettings, geometry: &Geometry, table: &CoefficientTable) -> bool {
-    let by_choice = settings.estimator == Estimator::Auto;
-    settings.estimator.has_rays() && !(by_choice && lattice_room(geometry, table).is_some())
-}
-
-fn gather_settings(
-    settings: &RenderSettings,
-    geometry: &Geometry,
-    table: &CoefficientTable,
-    traced: &sonel_map::Settings,
-    reach: f64,
-) -> GatherSettings {
-    GatherSettings {
-        rays: settings.rays(traced.emissions).div_ceil(traced.batches),
-        reach,
-        by_mirrors: gathers_by_mirrors(settings, geometry, table),
-    }
 }

@@ -1,12 +1,12 @@
 //! One batch of the paper's pass: rays are cast, their discs indexed, the sonels stream past.
 
 use glam::DVec3;
-use sonel_map::{BandValues, Lanes, Segment, lanes_of};
+use sonel_map::{BandValues, Lanes, PathWeight, Segment, lanes_of};
 use sonel_sampling::{Purpose, ScrambledSobol};
 
 use super::Renderer;
 use super::batch::{BatchEstimate, ReceiverGroup, receiver_stream};
-use crate::exact::direct::{direct_path, spread};
+use crate::exact::direct::{direct_way, spread};
 use crate::exact::mirror::Radiator;
 use crate::path_class::PathClass;
 use crate::stochastic::connection::Arriving;
@@ -17,7 +17,7 @@ use sonel_geometry::{Departure, Geometry};
 
 use crate::paper::Paper;
 use crate::paper::rays::{Looking, Sight, only};
-use crate::paper::zone::{FirstZone, ZoneEdge};
+use crate::paper::zone::{FirstZone, place_on};
 
 /// Points of a zone in one batch: with 32 batches v₁ is known to half a hundredth.
 const ZONE_POINTS: u32 = 64;
@@ -30,16 +30,19 @@ impl Renderer<'_> {
         batch: u32,
         source: usize,
         group: &ReceiverGroup<'_>,
-        estimate: &mut BatchEstimate,
+        estimate: &mut BatchEstimate<'_>,
     ) {
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
         let index = self.look(paper, batch, source, radiator, group, estimate);
         self.look_over_edges(paper, batch, source, radiator, group, estimate);
         let mut scratch = vec![Lanes::ZERO; lanes_of(self.table.bands())];
-        self.each_segment(batch, source, |segment, _| {
-            estimate.record_segment(segment, &self.medium(), &mut scratch);
-            self.count(paper, segment, &index, group, &mut scratch, estimate);
-        });
+        let mut weight = PathWeight::of(&self.table);
+        for path in self.map.batch_paths(source as u32, batch) {
+            self.follow_path(path, source, 1.0, &mut weight, |segment, _| {
+                estimate.record_segment(segment, &self.medium(), &mut scratch);
+                self.count(paper, segment, &index, &mut scratch, estimate);
+            });
+        }
     }
 
     /// Casts all visibility rays of a batch: adds what they see of the source, returns their discs.
@@ -50,7 +53,7 @@ impl Renderer<'_> {
         source: usize,
         radiator: Radiator<'_>,
         group: &ReceiverGroup<'_>,
-        estimate: &mut BatchEstimate,
+        estimate: &mut BatchEstimate<'_>,
     ) -> GatherIndex<GatherPoint> {
         let (columns, medium) = (self.table.bands(), self.medium());
         let mut points = Vec::new();
@@ -62,7 +65,7 @@ impl Renderer<'_> {
                     table: &self.table,
                     column,
                     radiator,
-                    source_radius: paper.source_radius(source),
+                    source_radius: paper.source_radius[source],
                     reach: self.bins.reach,
                 };
                 paper.cast(&looking, (number as u32, receiver), &mut stream, |sight| match sight {
@@ -72,11 +75,10 @@ impl Renderer<'_> {
                         let Some(bin) = self.bins.bin(length) else { return };
                         let mut energy = only(column, columns, sight.fluence);
                         let gain = if sight.in_half { 2.0 } else { 0.0 };
-                        let coarse = group.tile.coarse_bin(number, bin);
                         let towards = sight.towards.as_dvec3();
                         let arriving = Arriving { receiver: number, towards, length, bin };
                         let mut deposits = estimate.class(PathClass::LateSpecular);
-                        deposits.add_from_kernel(arriving, &mut energy, gain, coarse, &medium);
+                        deposits.add_from_kernel(arriving, &mut energy, gain, &medium);
                     }
                 });
             }
@@ -92,11 +94,11 @@ impl Renderer<'_> {
         source: usize,
         radiator: Radiator<'_>,
         group: &ReceiverGroup<'_>,
-        estimate: &mut BatchEstimate,
+        estimate: &mut BatchEstimate<'_>,
     ) {
         for (number, receiver) in group.tile.receivers.iter().enumerate() {
             if paper.edges.is_empty()
-                || direct_path(self.geometry, &self.table, radiator.position, receiver.exact).is_some()
+                || direct_way(self.geometry, &self.table, radiator.position, receiver.exact).is_some()
             {
                 continue;
             }
@@ -108,22 +110,14 @@ impl Renderer<'_> {
             radiator.towards(offset).weigh(&mut unobstructed);
             for edge in &paper.edges {
                 let sequence = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
-                let mut energy = visibilities(
-                    self.geometry,
-                    edge,
-                    radiator.position,
-                    receiver.exact,
-                    &paper.wavelengths,
-                    &sequence,
-                );
-                let place = edge.place(self.geometry, radiator.position, receiver.exact);
-                let towards = place.map(|place| place - receiver.exact);
-                let rendered =
-                    towards.map_or(1.0, |towards| spread(length) * receiver.sensitivity.to(towards));
+                let ends = [radiator.position, receiver.exact];
+                let Some(place) = place_on(edge, self.geometry, ends) else { continue };
+                let mut energy = visibilities(self.geometry, place, ends, &paper.wavelengths, &sequence);
+                let towards = place - receiver.exact;
+                let rendered = spread(length) * receiver.sensitivity.to(towards);
                 for (energy, &unobstructed) in energy.iter_mut().zip(&unobstructed) {
                     *energy *= unobstructed * rendered;
                 }
-                let towards = towards.unwrap_or_default();
                 let arriving = Arriving { receiver: number, towards, length, bin };
                 estimate.class(PathClass::Edge).add(arriving, &mut energy, &self.medium());
             }
@@ -136,9 +130,8 @@ impl Renderer<'_> {
         paper: &Paper,
         segment: &Segment<'_>,
         index: &GatherIndex<GatherPoint>,
-        group: &ReceiverGroup<'_>,
         scratch: &mut [Lanes],
-        estimate: &mut BatchEstimate,
+        estimate: &mut BatchEstimate<'_>,
     ) {
         let Some(arrival) = segment.arrival else { return };
         let (columns, medium) = (self.table.bands(), self.medium());
@@ -154,25 +147,22 @@ impl Renderer<'_> {
                 let length = segment.end_length + point.length;
                 let Some(bin) = self.bins.bin(length) else { continue };
                 scratch.set_product(segment.energy, &point.weight, 1.0);
-                let coarse = group.tile.coarse_bin(receiver, bin);
                 let arriving = Arriving { receiver, towards: point.towards.as_dvec3(), length, bin };
-                estimate.class(class).add_from_kernel(arriving, scratch, gain, coarse, &medium);
+                estimate.class(class).add_from_kernel(arriving, scratch, gain, &medium);
             }
         }
     }
 }
 
-/// v₁ of one edge in every band; zeros where the edge has no say.
+/// v₁ of an edge in every band, over whose `place` the way is shortest.
 fn visibilities(
     geometry: &Geometry,
-    edge: &ZoneEdge,
-    source: DVec3,
-    receiver: DVec3,
+    place: DVec3,
+    [source, receiver]: [DVec3; 2],
     wavelengths: &[f64],
     sequence: &ScrambledSobol,
 ) -> Vec<Lanes> {
     let mut shares = vec![Lanes::ZERO; lanes_of(wavelengths.len())];
-    let Some(place) = edge.place(geometry, source, receiver) else { return shares };
     let sees = |from: DVec3, to: DVec3| !geometry.is_blocked(Departure::free(from.as_vec3()), to.as_vec3());
     for (band, &wavelength) in wavelengths.iter().enumerate() {
         if let Some(zone) = FirstZone::new(source, receiver, place, wavelength) {

@@ -52,7 +52,7 @@ impl Renderer<'_> {
         for first in (0..receivers.len()).step_by(RECEIVERS) {
             let range = first..(first + RECEIVERS).min(receivers.len());
             let tile = self.tile(source, receivers, borders, range);
-            let fill = |batch, estimate: &mut BatchEstimate| {
+            let fill = |batch, estimate: &mut BatchEstimate<'_>| {
                 self.mirror_rays(source, batch, mirror_order, &tile, estimate);
             };
             self.add_estimates(rendering, total, &tile, batches.clone(), fill, &mut |_| {});
@@ -66,7 +66,7 @@ impl Renderer<'_> {
         batch: u32,
         mirror_order: u32,
         tile: &Tile<'_>,
-        estimate: &mut BatchEstimate,
+        estimate: &mut BatchEstimate<'_>,
     ) {
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
         let air = self.map.header().scene.air_at_source(source);
@@ -122,7 +122,7 @@ impl Renderer<'_> {
         tile: &Tile<'_>,
         energy: &[Lanes],
         scratch: &mut [Lanes],
-        estimate: &mut BatchEstimate,
+        estimate: &mut BatchEstimate<'_>,
     ) {
         let start = way.departure.origin;
         let end = hit.map_or_else(
@@ -138,9 +138,8 @@ impl Renderer<'_> {
         };
         let receivers = tile.receivers.iter().zip(&tile.direct_lengths).enumerate();
         let receivers = receivers.map(|(index, (receiver, &length))| (index, receiver, length));
-        let coarse = |receiver, bin| tile.coarse_bin(receiver, bin);
         let mut deposits = estimate.class(PathClass::LateSpecular);
-        cross(&piece, receivers, &self.medium(), coarse, scratch, &mut deposits);
+        cross(&piece, receivers, &self.medium(), scratch, &mut deposits);
     }
 
     /// Mirrors a ray at `hit`, or lets it through; false where the run ends before.

@@ -38,7 +38,7 @@ impl Renderer<'_> {
         let receivers = self.prepare(source, receivers);
         let columns = axes(&receivers).columns();
         let echograms = |count| Deposits::new(count * columns.fine, self.bins.count, self.table.bands());
-        let mut rendering = Rendering::new(borders, columns, &self.bins, self.table.bands(), 0);
+        let mut rendering = Rendering::new(receivers.len(), columns, &self.bins, self.table.bands());
         rendering.mirror_order = self.image_sources(source).order();
         rendering.image_order = vec![0; receivers.len()];
         rendering.sphere_radius = receivers.iter().map(|receiver| receiver.balls.early_radius()).collect();
@@ -60,14 +60,9 @@ impl Renderer<'_> {
         let BatchSums { source, receivers, borders, batches: done, rendering, packets, mirrored } = sums;
         let batches = *done..self.batches.max(*done);
         *done = batches.end;
-        let nothing = |sums: &mut Vec<Vec<CoarseEchogram>>| {
-            let coarse = rendering.columns.coarse;
-            let quiet =
-                |borders: &Vec<f64>| vec![CoarseEchogram::new(borders.len(), self.table.bands()); coarse];
-            sums.resize_with(batches.end as usize, || borders.iter().flat_map(quiet).collect());
-        };
-        nothing(&mut rendering.batches);
-        nothing(&mut rendering.kernel_differences);
+        let nothing = CoarseEchogram::of_receivers(borders, rendering.columns.coarse, self.table.bands());
+        rendering.batches.resize(batches.end as usize, nothing.clone());
+        rendering.kernel_differences.resize(batches.end as usize, nothing);
         self.add_late_specular(rendering, mirrored, *source, receivers, borders, batches.clone());
         let together = self.receivers_in_flight();
         let tiles = receivers.len().div_ceil(together);
@@ -89,12 +84,8 @@ impl Renderer<'_> {
         }
         // Batches of a whole map have the weights that it states, bit for bit.
         if (batches as usize) < self.emissions.batches.len() {
-            rendering.scale(
-                1.0 / self.emissions.batches[..batches as usize]
-                    .iter()
-                    .map(|batch| batch.weight)
-                    .sum::<f64>(),
-            );
+            let rendered = &self.emissions.batches[..batches as usize];
+            rendering.scale(1.0 / rendered.iter().map(|batch| batch.weight).sum::<f64>());
         }
         let emitter = &self.map.header().scene.sources[source];
         let radiator = Radiator::new(emitter, self.geometry.center());

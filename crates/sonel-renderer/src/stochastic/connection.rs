@@ -14,7 +14,7 @@ use crate::deposit::Deposits;
 use crate::directions::Axes;
 use crate::partition::Partitions;
 use crate::receiver::PreparedReceiver;
-use crate::stochastic::kernel::KernelDifference;
+use crate::rendering::CoarseEchogram;
 use crate::stochastic::medium::Medium;
 
 /// One sonel, ready to be connected.
@@ -62,12 +62,14 @@ pub(crate) struct ClassDeposits<'a> {
     pub deposits: &'a mut Deposits,
     /// Sum over time, per receiver and band.
     pub sum: &'a mut [Lanes],
-    /// Difference to kernels of half the area.
-    pub kernel: &'a mut KernelDifference,
+    /// Difference to kernels of half the area, by receiver and column.
+    pub kernel: &'a mut [CoarseEchogram],
     /// Packets that passed near the balls of receivers.
     pub crossings: &'a mut Crossings,
     /// Axes of the directions, where they are asked for.
     pub axes: &'a Axes,
+    /// The coarse bin of every fine bin, by receiver.
+    pub coarse_bins: &'a [Vec<u32>],
 }
 
 impl ClassDeposits<'_> {
@@ -85,23 +87,24 @@ impl ClassDeposits<'_> {
         self.sum[receiver * lanes..].add(energy);
     }
 
-    /// The same for energy found by a kernel, `gain` times as much of which half its area would have found, in the `coarse`
-    /// bin of the batches.
+    /// The same for energy found by a kernel, `gain` times as much of which half its area would have found.
     #[inline]
     pub(crate) fn add_from_kernel(
         &mut self,
         arriving: Arriving,
         energy: &mut [Lanes],
         gain: f64,
-        coarse: u32,
         medium: &Medium<'_>,
     ) {
         self.add(arriving, energy, medium);
-        let Arriving { receiver, towards, .. } = arriving;
+        let Arriving { receiver, towards, bin, .. } = arriving;
+        let coarse = self.coarse_bins[receiver][bin];
         let columns = self.axes.columns().coarse;
         let weights = self.axes.weights(receiver, towards).into_iter().flatten();
         for (column, weight) in std::iter::once(1.0).chain(weights).take(columns).enumerate() {
-            self.kernel.add(receiver * columns + column, coarse as usize, energy, (gain - 1.0) * weight);
+            // Once more where the sonel lies in half the area too, less all of it where not.
+            let kernel = &mut self.kernel[receiver * columns + column];
+            kernel.add_share(coarse as usize, energy, (gain - 1.0) * weight);
         }
     }
 }
@@ -141,7 +144,7 @@ pub(crate) fn connect(
         let towards = -offset.as_dvec3();
         let solid_angle = solid_angle * receiver.sensitivity.to(towards);
         scratch.set_times(sonel.radiosity, solid_angle);
-        passed.attenuate(medium.geometry, medium.table, scratch);
+        passed.attenuate(medium.table, scratch);
         medium.receive(receiver, leg, scratch);
         deposits.add(Arriving { receiver: index, towards, length, bin }, scratch, medium);
     }
@@ -167,6 +170,6 @@ fn connect_by_arc(
     let towards = -leg.arc.direction(leg.time);
     let solid_angle = cosine * leg.spread * receiver.sensitivity.to(towards);
     scratch.set_times(sonel.radiosity, solid_angle);
-    passed.attenuate(medium.geometry, medium.table, scratch);
+    passed.attenuate(medium.table, scratch);
     deposits.add(Arriving { receiver: index, towards, length, bin }, scratch, medium);
 }

@@ -23,8 +23,6 @@ pub(crate) struct AssignedClasses {
     pub image_order: u32,
     /// Whether connections bring … D R.
     pub diffuse: bool,
-    /// Length of the straight way from the source, see [`crate::straight_length`] [m].
-    pub direct_length: f64,
 }
 
 /// Whether a segment with `history` is left to the sphere. Direct sound never is; what has met an interface since its last diffuse
@@ -69,14 +67,13 @@ impl<'a> Piece<'a> {
     }
 }
 
-/// Adds what `piece` brings to the balls of `receivers`, each with its number and the length of the straight way from the source.
-/// `coarse` is the coarse bin of a receiver's fine bin.
+/// Adds what `piece` brings to the balls of `receivers`, each with its number and the length of the straight way from the source, see
+/// [`crate::straight_length`] [m].
 #[inline]
 pub(crate) fn cross<'a>(
     piece: &Piece<'_>,
     receivers: impl Iterator<Item = (usize, &'a PreparedReceiver, f64)>,
     medium: &Medium<'_>,
-    coarse: impl Fn(usize, usize) -> u32,
     scratch: &mut [Lanes],
     deposits: &mut ClassDeposits<'_>,
 ) {
@@ -99,7 +96,7 @@ pub(crate) fn cross<'a>(
         scratch.set_times(piece.energy, fluence);
         medium.receive(receiver, (length - piece.fades_from).max(0.0), scratch);
         let arriving = Arriving { receiver: index, towards: -along, length, bin };
-        deposits.add_from_kernel(arriving, scratch, chord.gain, coarse(index, bin), medium);
+        deposits.add_from_kernel(arriving, scratch, chord.gain, medium);
     }
 }
 
@@ -111,13 +108,7 @@ mod tests {
     fn each_history_has_one_owner() {
         let history =
             |specular_run, diffused| SegmentHistory { order: 9, specular_run, diffused, interfaces: 0 };
-        let others = AssignedClasses {
-            mirror_order: 2,
-            specular_rays: false,
-            image_order: 1,
-            diffuse: true,
-            direct_length: 0.0,
-        };
+        let others = AssignedClasses { mirror_order: 2, specular_rays: false, image_order: 1, diffuse: true };
         assert!(!is_left_to_sphere(history(0, false), others), "direct sound");
         assert!(!is_left_to_sphere(history(2, false), others), "image-source path");
         assert!(is_left_to_sphere(history(3, false), others));

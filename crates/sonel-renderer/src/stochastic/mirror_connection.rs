@@ -51,20 +51,15 @@ pub(crate) struct ReceiverImages {
     tree: Option<ImageTree>,
 }
 
-/// Whether the images of a receiver are few enough to be connected to.
-#[must_use]
-pub(crate) fn has_few_surfaces(geometry: &Geometry) -> bool {
-    geometry.as_shoebox().is_some() || geometry.surfaces().len() <= SURFACE_LIMIT
-}
-
 /// K′ of the scene: the same for all receivers.
 #[must_use]
 pub(crate) fn image_order(geometry: &Geometry, table: &CoefficientTable) -> u32 {
-    let mirroring = (0..geometry.surfaces().len())
-        .map(|surface| table.material(geometry.surfaces()[surface].material).specular.energy.largest())
-        .fold(0.0, f64::max);
+    let mirrored =
+        geometry.surfaces().iter().map(|surface| &table.material(surface.material).specular.energy);
+    let mirroring = mirrored.map(|energy| energy.largest()).fold(0.0, f64::max);
+    let are_few = geometry.as_shoebox().is_some() || geometry.surfaces().len() <= SURFACE_LIMIT;
     // The factor of an image of a receiver would depend on the sonel.
-    if table.is_angular() || mirroring <= 0.0 || !has_few_surfaces(geometry) {
+    if table.is_angular() || mirroring <= 0.0 || !are_few {
         return 0;
     }
     let by_energy = if mirroring < 1.0 {
@@ -98,7 +93,7 @@ impl ReceiverImages {
             None => {
                 let tree =
                     ImageTree::new(geometry, table, receiver.exact, End::Source, NODE_LIMIT, Some(most));
-                let images = tree.images(geometry, table);
+                let images = tree.images(table);
                 let weights = pilot_weights(geometry, &tree, &images, receiver.exact);
                 (images, weights, Some(tree))
             }

@@ -11,13 +11,11 @@
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
-use glam::DVec3;
-use sonel_diffraction::Wedge;
-
 use super::faces::Pair;
 use super::field::{Field, Key, Place};
 use super::images::{Image, Images};
-use super::{Edges, ReceiverContext, RoomEdge, VisibleWave};
+use super::visibility::nearest;
+use super::{ReceiverContext, RoomEdge, VisibleWave};
 
 /// Share of a receiver's energy in every band that is left out: 0.05 dB.
 const DROPPED: f64 = 0.0116;
@@ -74,7 +72,6 @@ pub(super) struct Ranked {
 
 /// Searches for all contributions at a receiver.
 pub(super) struct Search<'a> {
-    pub edges: &'a Edges,
     pub at: &'a ReceiverContext<'a>,
     pub from: &'a Images<'a>,
     pub to: &'a Images<'a>,
@@ -207,17 +204,16 @@ impl Search<'_> {
                 }
                 let Some(ends) = self.ends(source, receiver) else { continue };
                 let contribution = |over| Contribution { from, to, over };
-                for edge in common(&source.edges, &receiver.edges) {
-                    let of = &self.edges.all[edge];
-                    if lies_off(of, &ends) {
+                for (edge, of) in self.from.edges.all.iter().enumerate() {
+                    if source.edges[edge] && receiver.edges[edge] && lies_off(of, &ends) {
                         visit(contribution(Over::Edge(edge)), &ends, [of; 2]);
                     }
                 }
-                for pair in &self.edges.pairs {
+                for pair in &self.from.edges.pairs {
                     for pair in [*pair, pair.reversed()] {
                         let [first, last] = pair.edges;
-                        if has(&source.edges, first) && has(&receiver.edges, last) {
-                            let both = pair.edges.map(|edge| &self.edges.all[edge]);
+                        if source.edges[first] && receiver.edges[last] {
+                            let both = pair.edges.map(|edge| &self.from.edges.all[edge]);
                             visit(contribution(Over::Pair(pair)), &ends, both);
                         }
                     }
@@ -258,7 +254,7 @@ impl Search<'_> {
         let in_faces = edges[0].faces.iter().chain(&edges[1].faces);
         let least = in_faces.map(|face| length - face.image(from).distance(to)).fold(excess, f64::min);
         let shortest = first.length().min(last.length());
-        let bands = self.edges.centres.iter().zip(self.at.attenuation).zip(&ends.factor);
+        let bands = self.from.edges.centres.iter().zip(self.at.attenuation).zip(&ends.factor);
         bands.map(move |((k, m), factor)| {
             let number = least.max(0.0) * k / PI;
             let zone = TAU / k * before * behind / length;
@@ -333,26 +329,4 @@ fn lies_off(edge: &RoomEdge, ends: &Ends<'_>) -> bool {
     ends.images
         .iter()
         .all(|image| edge.faces.iter().any(|face| face.height(image.displaced) > 0.0) || edge.wedge.is_rim())
-}
-
-/// Point of an edge on the shortest path between two positions [m].
-pub(super) fn nearest(wedge: &Wedge, from: DVec3, to: DVec3) -> DVec3 {
-    super::visibility::over_edge(wedge, from, to).1
-}
-
-fn has(bits: &[u64], edge: usize) -> bool {
-    bits[edge / 64] & (1 << (edge % 64)) != 0
-}
-
-fn common<'a>(one: &'a [u64], other: &'a [u64]) -> impl Iterator<Item = usize> + 'a {
-    one.iter().zip(other).enumerate().flat_map(|(word, (one, other))| {
-        let mut bits = one & other;
-        std::iter::from_fn(move || {
-            (bits != 0).then(|| {
-                let bit = bits.trailing_zeros() as usize;
-                bits &= bits - 1;
-                64 * word + bit
-            })
-        })
-    })
 }

@@ -14,11 +14,10 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use sonel_diffraction::{Cell, Complex, Spectrum, Wave};
+use sonel_diffraction::{Cell, Complex, Wave};
 use sonel_geometry::PlaneId;
 
-use super::objects::Objects;
-use super::{EdgeArrival, VisibleWave};
+use super::{EdgeArrival, Edges, VisibleWave};
 
 /// Differences of path length up to which paths over edges are one arrival [m]: of hidden image sources (29 ms), and beside visible ones (3 ms).
 /// Chosen, not measured; doubled, arrivals are fewer and their times less certain.
@@ -65,24 +64,30 @@ impl Place {
 /// A place in millimetres and planes, to tell most image sources from one another.
 pub(super) type Key = ([i64; 3], Vec<(PlaneId, u32)>);
 
-/// Waves of one length.
-pub(super) struct Part {
-    /// The image source that is seen past the edges.
-    pub group: usize,
+/// The way of sound over the edges of an object.
+#[derive(Clone)]
+pub(super) struct Route {
     /// The object of the edges.
     pub object: u32,
     /// Factors of the directions of source and receiver on the amplitudes, per band.
     pub gain: Vec<f64>,
-    /// The length with which the amplitudes rotate [m].
-    pub length: f64,
     /// The shortest way over the edges [m].
     pub way: f64,
     /// Unit direction from the receiver to where it comes from.
     pub towards: DVec3,
+}
+
+/// Waves of one length.
+pub(super) struct Part {
+    /// The image source that is seen past the edges.
+    pub group: usize,
+    pub route: Route,
+    /// The length with which the amplitudes rotate [m].
+    pub length: f64,
     /// Amplitudes of the wave past the edges, one a cell [1/m].
     pub direct: Vec<Complex>,
     /// Parts of the images in the faces.
-    pub faces: [Option<FacePart>; 2],
+    pub faces: [FacePart; 2],
 }
 
 /// Waves that complete the image in a face.
@@ -118,11 +123,7 @@ pub(super) struct Path {
 /// A wave with the way that it has come.
 struct Sent {
     wave: Wave,
-    object: u32,
-    /// Factors of the directions of source and receiver on the amplitude, per band.
-    gain: Vec<f64>,
-    way: f64,
-    towards: DVec3,
+    route: Route,
 }
 
 /// An image source with the waves that belong to it.
@@ -139,10 +140,7 @@ struct Group {
 
 /// All waves at a receiver.
 pub(super) struct Field<'a> {
-    spectrum: &'a Spectrum,
-    objects: &'a Objects,
-    /// Wave number in the middle of each band [1/m].
-    centres: &'a [f64],
+    edges: &'a Edges,
     attenuation: &'a [f64],
     groups: Vec<Group>,
     by_planes: HashMap<Vec<(PlaneId, u32)>, Vec<usize>>,
@@ -154,17 +152,13 @@ impl<'a> Field<'a> {
     /// The `visible` waves, and nothing over edges yet. Places nearer than `same_place` [m] are one.
     #[must_use]
     pub(super) fn new(
-        spectrum: &'a Spectrum,
-        objects: &'a Objects,
-        centres: &'a [f64],
+        edges: &'a Edges,
         attenuation: &'a [f64],
         visible: &[VisibleWave],
         same_place: f64,
     ) -> Self {
         let mut field = Self {
-            spectrum,
-            objects,
-            centres,
+            edges,
             attenuation,
             groups: Vec::new(),
             by_planes: HashMap::new(),
@@ -265,9 +259,10 @@ impl<'a> Field<'a> {
 
     /// Gives the waves of a part to the groups that they belong to.
     fn share_out(&mut self, part: Part) {
-        let Part { group, object, gain, length, way, towards, mut direct, faces } = part;
-        let cells = self.spectrum.cells();
-        for face in faces.into_iter().flatten() {
+        let Part { group, route, length, mut direct, faces } = part;
+        let object = route.object;
+        let cells = self.edges.spectrum.cells();
+        for face in faces {
             let is_visible = face.group.is_some_and(|group| !self.is_blocked(group, object));
             let clearance = face.group.map_or(face.excess, |group| self.clearance(group, object));
             let mut own = Vec::with_capacity(cells.len());
@@ -286,19 +281,22 @@ impl<'a> Field<'a> {
             }
             if let Some(image) = face.group {
                 let wave = Wave { length, amplitude: own };
-                self.groups[image].sent.push(Sent { wave, object, gain: gain.clone(), way, towards });
+                self.groups[image].sent.push(Sent { wave, route: route.clone() });
             }
         }
         let wave = Wave { length, amplitude: direct };
-        self.groups[group].sent.push(Sent { wave, object, gain, way, towards });
+        self.groups[group].sent.push(Sent { wave, route });
     }
 
     /// The energy of a group, shared out to the visible wave and to arrivals in proportion to what each brings alone.
     fn arrivals_at(&self, group: &Group, visible: &mut [VisibleWave]) -> Vec<EdgeArrival> {
         let together = SAME_ARRIVAL[usize::from(group.visible.is_some())];
         let heard: Vec<Wave> = group.sent.iter().map(|sent| self.wave(sent, true)).collect();
-        let mut sent: Vec<(&Wave, f64, DVec3)> =
-            heard.iter().zip(&group.sent).map(|(wave, sent)| (wave, sent.way, sent.towards)).collect();
+        let mut sent: Vec<(&Wave, f64, DVec3)> = heard
+            .iter()
+            .zip(&group.sent)
+            .map(|(wave, sent)| (wave, sent.route.way, sent.route.towards))
+            .collect();
         let direct = group.visible.map(|index| self.visible(&visible[index]));
         if let (Some(index), Some(direct)) = (group.visible, &direct) {
             sent.push((direct, 0.0, visible[index].towards));
@@ -310,7 +308,7 @@ impl<'a> Field<'a> {
             let start = if first == 0 && direct.is_some() { sent[0].0.length } else { sent[first].1 };
             if next == sent.len() || sent[next].1 > start + together {
                 let waves: Vec<&Wave> = sent[first..next].iter().map(|sent| sent.0).collect();
-                energies.push((start, sent[first].2, self.spectrum.energy(&waves)));
+                energies.push((start, sent[first].2, self.edges.spectrum.energy(&waves)));
                 first = next;
             }
         }
@@ -337,14 +335,14 @@ impl<'a> Field<'a> {
     /// The energy of a group per band [1/m²]: that past the object which leaves least of it, times what other objects leave.
     fn total(&self, group: &Group) -> Vec<f64> {
         let path = group.path.as_ref().expect("waves have a path");
-        let mut objects: Vec<u32> = group.sent.iter().map(|sent| sent.object).collect();
+        let mut objects: Vec<u32> = group.sent.iter().map(|sent| sent.route.object).collect();
         objects.extend(&path.blocking);
         objects.sort_unstable();
         objects.dedup();
         if let [object] = objects[..] {
             return self.past_object(group, object, true);
         }
-        let alone = self.spectrum.energy(&[self.past(path, None, false)]);
+        let alone = self.edges.spectrum.energy(&[self.past(path, None, false)]);
         let left = objects.iter().map(|&object| {
             let energies = self.past_object(group, object, false).into_iter().zip(&alone);
             energies.map(|(energy, alone)| energy / alone.max(f64::MIN_POSITIVE)).collect::<Vec<f64>>()
@@ -372,7 +370,7 @@ impl<'a> Field<'a> {
             [] => 1.0,
             [(only, _)] => only.min(1.0),
             [(first, one), (second, other), ..] => {
-                let share = self.objects.second([one, other], self.centres[band]);
+                let share = self.edges.objects.second([one, other], self.edges.centres[band]);
                 first.min(1.0) * libm::pow(second.min(1.0), share)
             }
         };
@@ -382,17 +380,17 @@ impl<'a> Field<'a> {
     /// The energy of a group past one object alone, per band [1/m²]; `heard` by a source and a receiver with their directions or without.
     fn past_object(&self, group: &Group, object: u32, heard: bool) -> Vec<f64> {
         let path = group.path.as_ref().expect("waves have a path");
-        let sent = group.sent.iter().filter(|sent| sent.object == object);
+        let sent = group.sent.iter().filter(|sent| sent.route.object == object);
         let mut waves: Vec<Wave> = sent.map(|sent| self.wave(sent, heard)).collect();
         waves.push(self.past(path, Some(object), heard));
-        self.spectrum.energy(&waves)
+        self.edges.spectrum.energy(&waves)
     }
 
     /// A path straight past an `object`: a small one hides little of it and mirrors little.
     fn past(&self, path: &Path, object: Option<u32>, heard: bool) -> Wave {
         let amplitude = |cell: &Cell| {
             let left = object.map_or(1.0, |object| {
-                let described = self.objects.described(object, cell.k);
+                let described = self.edges.objects.described(object, cell.k);
                 match (path.mirrors.contains(&object), path.blocking.contains(&object)) {
                     (true, true) => 0.0,
                     (true, false) => described,
@@ -403,18 +401,20 @@ impl<'a> Field<'a> {
             let gain = if heard { path.gain[cell.band] } else { 1.0 };
             Complex::real(path.free[cell.band] * gain * left)
         };
-        let amplitude = self.spectrum.cells().iter().map(amplitude).collect();
+        let amplitude = self.edges.spectrum.cells().iter().map(amplitude).collect();
         Wave { length: path.length, amplitude }
     }
 
     /// A wave that has been sent, `heard` by a source and a receiver with their directions or without.
     fn wave(&self, sent: &Sent, heard: bool) -> Wave {
-        let cells = sent.wave.amplitude.iter().zip(self.spectrum.cells());
+        let Sent { wave, route } = sent;
         let gain = |cell: &Cell| {
-            self.objects.described(sent.object, cell.k) * if heard { sent.gain[cell.band] } else { 1.0 }
+            self.edges.objects.described(route.object, cell.k)
+                * if heard { route.gain[cell.band] } else { 1.0 }
         };
+        let cells = wave.amplitude.iter().zip(self.edges.spectrum.cells());
         let amplitude = cells.map(|(amplitude, cell)| *amplitude * gain(cell)).collect();
-        Wave { length: sent.wave.length, amplitude }
+        Wave { length: wave.length, amplitude }
     }
 
     /// A visible wave without edges.
@@ -422,7 +422,7 @@ impl<'a> Field<'a> {
         let amplitude = |band: usize| {
             (wave.factor[band] * libm::exp(-self.attenuation[band] * wave.length)).sqrt() / wave.length
         };
-        let cells = self.spectrum.cells().iter();
+        let cells = self.edges.spectrum.cells().iter();
         Wave {
             length: wave.length,
             amplitude: cells.map(|cell| Complex::real(amplitude(cell.band))).collect(),

@@ -18,7 +18,6 @@ use super::objects::SHELL;
 use super::visibility::stretches;
 use super::{Edges, RoomEdge};
 use crate::exact::mirror::tree::ImageTree;
-use crate::partition::is_partition;
 
 /// Most images of a source or a receiver. Chosen, not measured; doubled, edges are seen in more mirrors at up to twice the time.
 const IMAGES: usize = 256;
@@ -38,8 +37,8 @@ pub(super) struct Image {
     pub displaced: DVec3,
     /// ∏ (1−α)(1−s) of the mirrors, per band.
     pub factor: Vec<f64>,
-    /// One bit an edge: whether any part of it may be visible.
-    pub edges: Vec<u64>,
+    /// Whether any part of each edge may be visible.
+    pub edges: Vec<bool>,
     /// Inward normals of the sides of the beam through the mirrors; all sides contain the image.
     sides: Vec<DVec3>,
 }
@@ -65,6 +64,9 @@ type Views = HashMap<(usize, usize), Arc<Vec<View>>>;
 
 /// Images of one end.
 pub(crate) struct Images<'t> {
+    pub(crate) edges: &'t Edges,
+    geometry: &'t Geometry,
+    table: &'t CoefficientTable,
     tree: Option<&'t ImageTree>,
     /// The end first, then by order.
     pub(super) all: Vec<Image>,
@@ -114,9 +116,9 @@ impl<'t> Images<'t> {
     /// The images of a place [m], which is displaced into general position, in `tree`, up to `order` reflections.
     #[must_use]
     pub(crate) fn new(
-        edges: &Edges,
-        geometry: &Geometry,
-        table: &CoefficientTable,
+        edges: &'t Edges,
+        geometry: &'t Geometry,
+        table: &'t CoefficientTable,
         [place, displaced]: [DVec3; 2],
         tree: Option<&'t ImageTree>,
         order: u32,
@@ -152,15 +154,9 @@ impl<'t> Images<'t> {
         }
         let least = OFF_THE_MIRROR * f64::from(geometry.resolution());
         for image in &mut all {
-            let mut bits = vec![0_u64; edges.all.len().div_ceil(64)];
-            for (index, edge) in edges.all.iter().enumerate() {
-                if image.within_beam(edge, least).is_some() {
-                    bits[index / 64] |= 1 << (index % 64);
-                }
-            }
-            image.edges = bits;
+            image.edges = edges.all.iter().map(|edge| image.within_beam(edge, least).is_some()).collect();
         }
-        Self { tree, all, order, views: Mutex::default() }
+        Self { edges, geometry, table, tree, all, order, views: Mutex::default() }
     }
 
     /// Up to which order they are complete.
@@ -171,36 +167,22 @@ impl<'t> Images<'t> {
 
     /// Parts of an edge that are visible from an image, those through the same partitions together.
     #[must_use]
-    pub(super) fn views(
-        &self,
-        edges: &Edges,
-        geometry: &Geometry,
-        table: &CoefficientTable,
-        image: usize,
-        edge: usize,
-    ) -> Arc<Vec<View>> {
+    pub(super) fn views(&self, image: usize, edge: usize) -> Arc<Vec<View>> {
         let views = || self.views.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = views().get(&(image, edge)) {
             return known.clone();
         }
-        let seen = Arc::new(self.look(edges, geometry, table, image, edge).unwrap_or_default());
+        let seen = Arc::new(self.look(image, edge).unwrap_or_default());
         views().insert((image, edge), seen.clone());
         seen
     }
 
-    fn look(
-        &self,
-        edges: &Edges,
-        geometry: &Geometry,
-        table: &CoefficientTable,
-        image: usize,
-        index: usize,
-    ) -> Option<Vec<View>> {
-        let (of, edge) = (&self.all[image], &edges.all[index]);
-        let within = of.within_beam(edge, OFF_THE_MIRROR * f64::from(geometry.resolution()))?;
+    fn look(&self, image: usize, index: usize) -> Option<Vec<View>> {
+        let (of, edge) = (&self.all[image], &self.edges.all[index]);
+        let within = of.within_beam(edge, OFF_THE_MIRROR * f64::from(self.geometry.resolution()))?;
         let part = edge.wedge.between(within);
         let point = edge.wedge.locate(of.displaced)?;
-        let seen = stretches(&part, |place| self.seen_past(edges, geometry, table, image, edge, place));
+        let seen = stretches(&part, |place| self.seen_past(image, edge, place));
         let view = |((objects, through), parts): (Seen, Vec<[f64; 2]>)| {
             let parts = parts.into_iter().map(|part| part.map(|along| along + within[0])).collect();
             View { point, parts, objects, through }
@@ -210,24 +192,17 @@ impl<'t> Images<'t> {
 
     /// The other objects on the way from the end over the mirrors of an image to `place` on `edge`, and the materials of the partitions on it; [`None`]
     /// where something else is on it. Its own object is opaque to an edge.
-    fn seen_past(
-        &self,
-        edges: &Edges,
-        geometry: &Geometry,
-        table: &CoefficientTable,
-        image: usize,
-        edge: &RoomEdge,
-        place: DVec3,
-    ) -> Option<Seen> {
+    fn seen_past(&self, image: usize, edge: &RoomEdge, place: DVec3) -> Option<Seen> {
+        let (geometry, objects_of) = (self.geometry, &self.edges.objects);
         let (mut passed, mut objects) = (Vec::new(), Vec::new());
         let place = place + edge.off;
         let ignored = |face: &Crossed| {
             let is_own = edge.faces.iter().any(|own| own.surface == face.surface);
-            if !is_own && is_partition(geometry, table, face.surface) {
+            if !is_own && self.table.mean_row(face.surface).is_partition {
                 passed.push(*face);
                 return true;
             }
-            let object = edges.objects.of(face.surface);
+            let object = objects_of.of(face.surface);
             objects.push(object);
             object != SHELL && object != edge.object
         };

@@ -96,14 +96,6 @@ pub(crate) struct EdgeArrival {
     pub energy: Vec<f64>,
 }
 
-/// Effect of edges at a receiver.
-pub(crate) struct EdgeSound {
-    /// Arrivals over edges besides the visible waves.
-    pub arrivals: Vec<EdgeArrival>,
-    /// Completeness.
-    pub work: EdgeWork,
-}
-
 /// A receiver with what its exact field depends on.
 pub(crate) struct ReceiverContext<'a> {
     pub geometry: &'a Geometry,
@@ -150,9 +142,9 @@ impl Edges {
     /// The images of the source, among `image_sources`, that edges are seen from.
     #[must_use]
     pub(crate) fn of_source<'t>(
-        &self,
-        geometry: &Geometry,
-        table: &CoefficientTable,
+        &'t self,
+        geometry: &'t Geometry,
+        table: &'t CoefficientTable,
         source: DVec3,
         image_sources: &'t ImageSources,
     ) -> Images<'t> {
@@ -165,7 +157,7 @@ impl Edges {
         Images::new(self, geometry, table, places, tree, order)
     }
 
-    /// What edges bring to one receiver; sets the energies of the `visible` waves that they change. What little they would change beside `others`,
+    /// Arrivals over edges at one receiver besides the `visible` waves, and how complete they are; sets the energies of those that edges change. What little they would change beside `others`,
     /// the fluence of all that is neither visible wave nor edge [1/m² per band], is left out.
     pub(crate) fn arrivals_at(
         &self,
@@ -173,25 +165,24 @@ impl Edges {
         from: &Images<'_>,
         visible: &mut [VisibleWave],
         others: &[f64],
-    ) -> EdgeSound {
+    ) -> (Vec<EdgeArrival>, EdgeWork) {
         let budget = images::most_images(self.all.len());
         let tree =
             ImageTree::new(at.geometry, at.table, at.receiver, End::Receiver, budget, Some(from.order()));
         let places = [at.receiver, at.geometry.in_general_position(at.receiver, End::Receiver)];
         let to = Images::new(self, at.geometry, at.table, places, Some(&tree), tree.order());
         let same_place = SAME_PLACE * f64::from(at.geometry.resolution());
-        let field =
-            Field::new(&self.spectrum, &self.objects, &self.centres, at.attenuation, visible, same_place);
-        let search = Search { edges: self, at, from, to: &to, field: &field };
+        let field = Field::new(self, at.attenuation, visible, same_place);
+        let search = Search { at, from, to: &to, field: &field };
         let mut ranked = search.rank(visible, others);
-        let mut waves = Waves { edges: self, at, from, to: &to, field, through: Vec::new() };
+        let mut waves = Waves { at, from, to: &to, field, through: Vec::new() };
         while let Some(contribution) = ranked.next() {
             if let Some(energy) = waves.add(contribution) {
                 ranked.found(&energy);
             }
         }
         let work = EdgeWork { computed: ranked.computed(), dropped: ranked.dropped() };
-        EdgeSound { arrivals: waves.field.energies(visible), work }
+        (waves.field.energies(visible), work)
     }
 }
 

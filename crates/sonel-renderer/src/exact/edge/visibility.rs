@@ -60,15 +60,14 @@ fn border(is_same: impl Fn(f64) -> bool, mut same: f64, mut other: f64) -> f64 {
     0.5 * (same + other)
 }
 
-/// Detour of the path between two positions over an edge [m], and the point where it crosses the edge.
+/// Point of an edge on the shortest path between two positions [m].
 #[must_use]
-pub(super) fn over_edge(wedge: &Wedge, from: DVec3, to: DVec3) -> (f64, DVec3) {
+pub(super) fn nearest(wedge: &Wedge, from: DVec3, to: DVec3) -> DVec3 {
     let along = [from, to].map(|end| (end - wedge.at(0.0)).dot(wedge.direction()));
     let near = from.distance(wedge.at(along[0]));
     let far = to.distance(wedge.at(along[1]));
     let share = if near + far > 0.0 { near / (near + far) } else { 0.5 };
-    let place = wedge.at((along[0] + (along[1] - along[0]) * share).clamp(0.0, wedge.length()));
-    (from.distance(place) + place.distance(to) - from.distance(to), place)
+    wedge.at((along[0] + (along[1] - along[0]) * share).clamp(0.0, wedge.length()))
 }
 
 /// From 0 at 0 to 1 at 1, level at both.

@@ -9,11 +9,11 @@ use sonel_map::BandValues;
 
 use super::contributions::{Contribution, Over, place};
 use super::faces::Pair;
-use super::field::{FacePart, Field, Part, Path, Place};
+use super::field::{FacePart, Field, Part, Path, Place, Route};
 use super::images::{Image, Images, View, specular};
 use super::mirror::Mirror;
 use super::visibility::smooth;
-use super::{Edges, ReceiverContext, RoomEdge};
+use super::{ReceiverContext, RoomEdge};
 
 /// Sine of the angle over a face from which on an end is in front of it: 6°, where a mirrored wave is complete. Chosen, not measured; doubled,
 /// mirrored waves fade in over 12°.
@@ -23,7 +23,6 @@ const NEAREST: f64 = 1e-3;
 
 /// Computes contributions at a receiver.
 pub(super) struct Waves<'a> {
-    pub edges: &'a Edges,
     pub at: &'a ReceiverContext<'a>,
     pub from: &'a Images<'a>,
     pub to: &'a Images<'a>,
@@ -48,12 +47,10 @@ struct FaceImage {
 /// Factor of mirrors, air and directivity on a contribution, and its direction of arrival.
 struct EdgeRoute {
     group: usize,
-    object: u32,
-    /// Amplitude by band, of a source and a receiver that have no direction, and what directions make of it.
+    /// Amplitude by band, of a source and a receiver that have no direction.
     through: Vec<f64>,
-    gain: Vec<f64>,
-    way: f64,
-    towards: DVec3,
+    /// What directions make of it.
+    route: Route,
 }
 
 impl Waves<'_> {
@@ -65,9 +62,8 @@ impl Waves<'_> {
             Over::Edge(edge) => [edge; 2],
             Over::Pair(pair) => pair.edges,
         };
-        let (geometry, table) = (self.at.geometry, self.at.table);
-        let sources = self.from.views(self.edges, geometry, table, contribution.from, first);
-        let receivers = self.to.views(self.edges, geometry, table, contribution.to, last);
+        let sources = self.from.views(contribution.from, first);
+        let receivers = self.to.views(contribution.to, last);
         let mut is_seen = false;
         for source in sources.iter() {
             // What one object hides from both ends does nothing.
@@ -103,7 +99,7 @@ impl Waves<'_> {
             End { point, before: at.is_some_and(|at| (at.angle - face).abs() < PI) }
         };
         let ends = [end(from, points[0], &edges[1]), end(to, points[1], &edges[0])];
-        FacePath::new(edges, ends, self.doubt(points), self.edges.spectrum.smallest_k())
+        FacePath::new(edges, ends, self.doubt(points), self.from.edges.spectrum.smallest_k())
     }
 
     fn add_edge(
@@ -113,7 +109,7 @@ impl Waves<'_> {
         [source, receiver]: [&View; 2],
         energy: &mut [f64],
     ) -> Option<()> {
-        let all = self.edges;
+        let all = self.from.edges;
         let edge = &all.all[index];
         let [from, to] = [source.point, receiver.point];
         let ends = self.images(contribution).map(|image| image.position);
@@ -151,7 +147,7 @@ impl Waves<'_> {
         [source, receiver]: [&View; 2],
         energy: &mut [f64],
     ) -> Option<()> {
-        let all = self.edges;
+        let all = self.from.edges;
         let [first, last] = pair.edges.map(|edge| &all.all[edge]);
         let of = |edge: usize, part| {
             let wedge = [&first.wedge, &last.wedge][edge];
@@ -179,10 +175,10 @@ impl Waves<'_> {
 
     /// Adds the mean square of all waves of one length together to the `energy` of every band.
     fn add_energy(&self, route: &EdgeRoute, terms: &[[Complex; WAVES]], energy: &mut [f64]) {
-        let spectrum = &self.edges.spectrum;
+        let spectrum = &self.from.edges.spectrum;
         let sum = |(terms, cell): (&[Complex; WAVES], &Cell)| {
             let sum = terms.iter().fold(Complex::ZERO, |sum, term| sum + *term);
-            sum * (route.through[cell.band] * route.gain[cell.band])
+            sum * (route.through[cell.band] * route.route.gain[cell.band])
         };
         let wave = Wave { length: 0.0, amplitude: terms.iter().zip(spectrum.cells()).map(sum).collect() };
         energy.iter_mut().zip(spectrum.energy(&[wave])).for_each(|(sum, energy)| *sum += energy);
@@ -209,7 +205,7 @@ impl Waves<'_> {
         [from, to]: [WedgePoint; 2],
     ) {
         let of = |wave: usize| -> Vec<Complex> {
-            let cells = terms.iter().zip(self.edges.spectrum.cells());
+            let cells = terms.iter().zip(self.from.edges.spectrum.cells());
             cells.map(|(terms, cell)| terms[wave] * route.through[cell.band]).collect()
         };
         let faces = [0, 1].map(|face| {
@@ -217,25 +213,17 @@ impl Waves<'_> {
             let turn = turn(edge, from, to, face);
             let mirror = &edge.faces[face];
             let mirrored = specular(self.at.table, mirror.surface, incident).into_iter().map(f64::sqrt);
-            Some(FacePart {
+            FacePart {
                 group,
                 mirrored: mirrored.collect(),
                 is_dark: turn > PI,
                 in_front,
-                excess: (route.way - straight).max(0.0),
+                excess: (route.route.way - straight).max(0.0),
                 terms: of(1 + face),
-            })
+            }
         });
-        self.field.add(Part {
-            group: route.group,
-            object: route.object,
-            gain: route.gain.clone(),
-            length,
-            way: route.way,
-            towards: route.towards,
-            direct: of(0),
-            faces,
-        });
+        let direct = of(0);
+        self.field.add(Part { group: route.group, route: route.route.clone(), length, direct, faces });
     }
 
     /// The group of the image source that is seen past the edges.
@@ -271,7 +259,7 @@ impl Waves<'_> {
         let mirrors: Vec<&Mirror> = from.mirrors.iter().chain(face).chain(to.mirrors.iter().rev()).collect();
         let ends = [&self.from.all[0], &self.to.all[0]].map(|end| end.displaced);
         let blocking =
-            self.edges.objects.blocking(self.at.geometry, self.at.table, ends, &mirrors, &self.through);
+            self.from.edges.objects.blocking(self.at.geometry, self.at.table, ends, &mirrors, &self.through);
         let [towards, back] =
             [to, from].map(|end| face.map_or(end.position, |face| face.image(end.position)));
         let ours = from.factor_towards(self.at.table, towards);
@@ -343,13 +331,11 @@ impl Waves<'_> {
             (ours[band] * theirs[band] * self.passed(band)).sqrt() * libm::exp(-0.5 * m * way)
         };
         let bands = 0..self.at.attenuation.len();
+        let gain = bands.map(|band| (radiation.factor(band) * sensitivity).sqrt()).collect();
         EdgeRoute {
             group,
-            object,
             through: self.at.attenuation.iter().enumerate().map(through).collect(),
-            gain: bands.map(|band| (radiation.factor(band) * sensitivity).sqrt()).collect(),
-            way,
-            towards,
+            route: Route { object, gain, way, towards },
         }
     }
 

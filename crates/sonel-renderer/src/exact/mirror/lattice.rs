@@ -44,8 +44,7 @@ impl ImageLattice {
         reach: f64,
         most: Option<u32>,
     ) -> Self {
-        let walls =
-            room.walls.map(|wall| table.material(geometry.surface(wall).material).specular.energy.as_slice());
+        let walls = room.walls.map(|wall| table.mean_row(wall).specular.energy.as_slice());
         let (low, high) = (room.min - geometry.center(), room.max - geometry.center());
         let order = most.unwrap_or_else(|| affordable_order(&walls, high - low, reach));
         let axis = |axis: usize| {

@@ -14,7 +14,7 @@ use sonel_map::{BandValues, CoefficientTable, Lanes, lanes_of};
 
 use super::beam::{Beam, clip, outline};
 use super::{Image, MirrorArrival, Radiator};
-use crate::partition::{Partitions, is_partition};
+use crate::partition::Partitions;
 
 /// No chain is longer, however few the surfaces.
 const ORDER_LIMIT: u32 = 24;
@@ -173,7 +173,7 @@ impl ImageTree {
     ) {
         let mut factor = vec![Lanes::ZERO; self.lanes];
         let from = geometry.in_general_position(receiver, End::Receiver);
-        let passes = |surface| is_partition(geometry, table, surface);
+        let passes = |surface| table.mean_row(surface).is_partition;
         for node in &self.nodes {
             let validated = if table.transmits() {
                 self.validate_through(geometry, node, from, &passes)
@@ -185,7 +185,7 @@ impl ImageTree {
             let offset = node.of_radiator - sight.shift - receiver;
             self.mirror(table, node, offset, &mut factor);
             let passed = Partitions::from(sight);
-            passed.attenuate(geometry, table, &mut factor);
+            passed.attenuate(table, &mut factor);
             radiator.towards(leaving).weigh(&mut factor);
             let in_air = offset.length();
             let length = in_air + passed.thickness();
@@ -208,21 +208,6 @@ impl ImageTree {
                 let normal = table.normal(node.mirror.surface);
                 towards -= 2.0 * towards.dot(normal) * normal;
             }
-        }
-    }
-
-    /// The same where no angle matters.
-    fn specular_factor(
-        &self,
-        geometry: &Geometry,
-        table: &CoefficientTable,
-        leaf: &Node,
-        factor: &mut [Lanes],
-    ) {
-        factor.fill(Lanes::ONE);
-        for node in self.chain(leaf) {
-            let material = geometry.surface(node.mirror.surface).material;
-            factor.multiply(&table.material(material).specular.energy);
         }
     }
 
@@ -265,15 +250,15 @@ impl ImageTree {
 
     /// All images with their orders and ∏ (1−α)(1−s).
     #[must_use]
-    pub(crate) fn images(&self, geometry: &Geometry, table: &CoefficientTable) -> Vec<Image> {
-        self.nodes
-            .iter()
-            .map(|node| {
-                let mut factor = vec![Lanes::ZERO; self.lanes];
-                self.specular_factor(geometry, table, node, &mut factor);
-                Image { position: node.image, order: node.order, signs: DVec3::ONE, factor }
-            })
-            .collect()
+    pub(crate) fn images(&self, table: &CoefficientTable) -> Vec<Image> {
+        let image = |node: &Node| {
+            let mut factor = vec![Lanes::ONE; self.lanes];
+            for node in self.chain(node) {
+                factor.multiply(&table.mean_row(node.mirror.surface).specular.energy);
+            }
+            Image { position: node.image, order: node.order, signs: DVec3::ONE, factor }
+        };
+        self.nodes.iter().map(image).collect()
     }
 
     /// The direction in which the origin of the tree sees `point`, in the plane that is `left`, over the chain of image number `image` [m];
@@ -423,7 +408,7 @@ fn thickest(geometry: &Geometry, table: &CoefficientTable) -> f64 {
         return 0.0;
     }
     let surfaces = (0..geometry.surfaces().len() as u32).map(SurfaceId);
-    let partitions = surfaces.filter(|&surface| is_partition(geometry, table, surface));
+    let partitions = surfaces.filter(|&surface| table.mean_row(surface).is_partition);
     partitions.filter_map(|surface| geometry.partition_thickness(surface)).fold(0.0, f64::max)
 }
 

@@ -48,7 +48,7 @@ impl<'a> NearSource<'a> {
     /// Adds what `place` sends of it to `receiver`, by number.
     pub(crate) fn connect(
         &self,
-        place: &NearPlace,
+        place: &NearPlace<'_>,
         receiver: usize,
         prepared: &PreparedReceiver,
         medium: &Medium<'_>,
@@ -57,48 +57,51 @@ impl<'a> NearSource<'a> {
     ) {
         self.connect_directly(place, receiver, prepared, medium, scratch, deposits);
         let Some(images) = &self.images else { return };
-        let mut radiosity = place.throughput.clone();
+        let NearPlace { ray, normal, choice, .. } = *place;
+        let mut radiosity = ray.throughput.clone();
         radiosity.scale(spread(1.0));
         let sonel = DiffuseSonel {
-            position: place.position,
-            normal: place.normal,
-            departure: place.departure,
-            length: place.length,
+            position: ray.at.as_vec3(),
+            normal,
+            departure: ray.departure,
+            length: ray.length,
             radiosity: &radiosity,
         };
-        images.connect(&sonel, (receiver, Some(place.towards)), medium, place.choice, scratch, deposits);
+        let receiver = (receiver, Some(ray.towards.as_dvec3()));
+        images.connect(&sonel, receiver, medium, choice, scratch, deposits);
     }
 
     fn connect_directly(
         &self,
-        place: &NearPlace,
+        place: &NearPlace<'_>,
         receiver: usize,
         prepared: &PreparedReceiver,
         medium: &Medium<'_>,
         scratch: &mut [Lanes],
         deposits: &mut ClassDeposits<'_>,
     ) {
-        let offset = self.radiator.position - place.position.as_dvec3();
-        if offset.dot(place.normal.as_dvec3()) <= 0.0 {
+        let (ray, normal) = (place.ray, place.normal.as_dvec3());
+        let offset = self.radiator.position - ray.at.as_vec3().as_dvec3();
+        if offset.dot(normal) <= 0.0 {
             return;
         }
-        let Some(passed) = medium.partitions(place.departure, self.radiator.position.as_vec3()) else {
+        let Some(passed) = medium.partitions(ray.departure, self.radiator.position.as_vec3()) else {
             return;
         };
         let offset = offset - passed.shift();
-        let (distance, projected) = (offset.length(), offset.dot(place.normal.as_dvec3()).max(0.0));
-        let length = (place.length + distance + passed.thickness()) * prepared.stretch;
+        let (distance, projected) = (offset.length(), offset.dot(normal).max(0.0));
+        let length = (ray.length + distance + passed.thickness()) * prepared.stretch;
         let Some(bin) = medium.bins.bin(length) else { return };
         scratch.fill(Lanes::ONE);
         self.radiator.towards(-offset).weigh(scratch);
-        for (scratch, &throughput) in scratch.iter_mut().zip(&place.throughput) {
+        for (scratch, &throughput) in scratch.iter_mut().zip(&ray.throughput) {
             *scratch = throughput * (*scratch * spread(distance) * projected / distance);
         }
         if let Some(more) = medium.table.relative_reflection(place.surface, offset) {
             scratch.multiply(&more);
         }
-        passed.attenuate(medium.geometry, medium.table, scratch);
+        passed.attenuate(medium.table, scratch);
         medium.receive(prepared, length, scratch);
-        deposits.add(Arriving { receiver, towards: place.towards, length, bin }, scratch, medium);
+        deposits.add(Arriving { receiver, towards: ray.towards.as_dvec3(), length, bin }, scratch, medium);
     }
 }

@@ -72,35 +72,23 @@ pub(crate) enum Sonels {
 }
 
 /// A place near the receiver that reflects diffusely: what the source and its mirror images send there has still to be connected.
-#[derive(Debug, Clone)]
-pub(crate) struct NearPlace {
+pub(crate) struct NearPlace<'a> {
+    /// The ray that goes on from it: its throughput is the fluence at the receiver per irradiance at the place.
+    pub ray: &'a Ray,
     /// The surface that it is on.
     pub surface: SurfaceId,
-    /// Position [m].
-    pub position: Vec3,
     /// Normal of its surface on the side that is seen.
     pub normal: Vec3,
-    /// Start of a ray from it.
-    pub departure: Departure,
-    /// Length of the way to the receiver [m].
-    pub length: f64,
-    /// Fluence at the receiver per irradiance at the place, per band [1].
-    pub throughput: Weight,
-    /// Whether the receiver sees the place without a mirror.
-    pub seen_directly: bool,
     /// A random number, 0 … 1, that selects an image of the source.
     pub choice: f64,
-    /// Where the ray left the receiver to.
-    pub towards: DVec3,
 }
 
 /// Finding of a visibility ray.
-#[derive(Debug)]
-pub(crate) enum Found {
+pub(crate) enum Found<'a> {
     /// A disc that gathers.
     Disc(GatherPoint),
     /// A place to be connected with the source.
-    Near(NearPlace),
+    Near(NearPlace<'a>),
 }
 
 /// Receiver and targets of rays.
@@ -123,7 +111,7 @@ pub(crate) fn cast(
     observer: Observer<'_>,
     settings: &GatherSettings,
     stream: &mut Stream,
-    mut found: impl FnMut(Found),
+    mut found: impl FnMut(Found<'_>),
 ) {
     let mut points = || ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
     let (directions, onward, choices) = (points(), points(), points());
@@ -136,11 +124,8 @@ pub(crate) fn cast(
             let surface = medium.geometry.surface(hit.surface);
             let row = medium.table.mean_row(hit.surface);
             let normal = normal_on(hit.side, surface.normal.as_vec3().normalize());
-            let shares = if row.is_mirror {
-                Shares { gathered: 0.0, followed: 0.0 }
-            } else {
-                ray.shares(&observer, &hit, normal, settings)
-            };
+            let [gathered, followed] =
+                if row.is_mirror { [0.0; 2] } else { ray.shares(&observer, &hit, normal, settings) };
             let mirrors = ray.goes_on_by_mirrors(&observer, settings);
             let mut disc = |share: f64, sonels: Sonels| {
                 if share > 0.0 {
@@ -157,11 +142,12 @@ pub(crate) fn cast(
                     }));
                 }
             };
-            disc(shares.gathered, Sonels::All);
-            disc(shares.followed, Sonels::NotFollowed);
-            if shares.followed > 0.0 {
-                let on = ray.followed(medium, &hit, normal, &row.diffuse.energy, shares.followed);
-                found(Found::Near(on.near_place(hit.surface, normal, choices.point(near_places)[0])));
+            disc(gathered, Sonels::All);
+            disc(followed, Sonels::NotFollowed);
+            if followed > 0.0 {
+                let on = ray.followed(medium, &hit, normal, &row.diffuse.energy, followed);
+                let (surface, choice) = (hit.surface, f64::from(choices.point(near_places)[0]));
+                found(Found::Near(NearPlace { ray: &on, surface, normal, choice }));
                 let point = if ray.is_scattered { stream.uniform_pair() } else { onward.point(near_places) };
                 let on = on.scattered(normal, point).met_at_its_angle(medium.table, hit.surface);
                 rays.extend(on.balanced(stream));
@@ -174,30 +160,21 @@ pub(crate) fn cast(
     }
 }
 
-/// Treatment of the diffuse reflection that a ray meets; the rest is left to connections.
-#[derive(Debug, Clone, Copy)]
-struct Shares {
-    /// Share that a disc gathers there.
-    gathered: f64,
-    /// Share that the ray goes on for, as the place is too near for discs as well.
-    followed: f64,
-}
-
 /// A visibility ray, going against the packets.
 #[derive(Clone)]
-struct Ray {
-    departure: Departure,
+pub(crate) struct Ray {
+    pub departure: Departure,
     direction: Vec3,
     /// Direction in which it left the receiver.
-    towards: Vec3,
+    pub towards: Vec3,
     /// Start of its next leg, relative to the scene's centre [m].
-    at: DVec3,
+    pub at: DVec3,
     /// Per band.
-    throughput: Weight,
+    pub throughput: Weight,
     /// Weight in the strongest band at its start, less the losses in partitions on the way.
     usual: f64,
     /// Path length so far [m].
-    length: f64,
+    pub length: f64,
     /// Mirrors met before the first diffuse reflection.
     reflections: u32,
     /// Whether it has gone on from a diffuse reflection.
@@ -272,19 +249,25 @@ impl Ray {
         std::iter::repeat_n(self, copies)
     }
 
-    /// What becomes of the diffuse reflection at `hit`. All shares are functions of the place: so what a disc averages is irradiance alone.
-    fn shares(&self, observer: &Observer<'_>, hit: &Hit, normal: Vec3, settings: &GatherSettings) -> Shares {
+    /// Shares of the diffuse reflection at `hit` that a disc gathers there, and that the ray goes on for, as the place is too near for discs as
+    /// well; the rest is left to connections. All shares are functions of the place: so what a disc averages is irradiance alone.
+    fn shares(
+        &self,
+        observer: &Observer<'_>,
+        hit: &Hit,
+        normal: Vec3,
+        settings: &GatherSettings,
+    ) -> [f64; 2] {
         let receiver = observer.receiver;
-        if self.is_scattered {
-            let is_near = receiver.is_near(hit.position);
-            return Shares { gathered: f64::from(!is_near), followed: f64::from(is_near) };
-        }
-        if self.reflections > 0 && settings.by_mirrors {
-            let is_near = receiver.is_near_along(self.length);
-            return Shares { gathered: f64::from(!is_near), followed: f64::from(is_near) };
-        }
-        let cosine = f64::from(self.direction.dot(normal).abs());
-        Shares { gathered: 0.0, followed: receiver.followed_share(cosine / (self.length * self.length)) }
+        let is_near = if self.is_scattered {
+            receiver.is_near(hit.position)
+        } else if self.reflections > 0 && settings.by_mirrors {
+            receiver.is_near_along(self.length)
+        } else {
+            let cosine = f64::from(self.direction.dot(normal).abs());
+            return [0.0, receiver.followed_share(cosine / (self.length * self.length))];
+        };
+        [f64::from(!is_near), f64::from(is_near)]
     }
 
     /// Whether mirrors show it what it has to find.
@@ -295,7 +278,7 @@ impl Ray {
     }
 
     /// Whether no mirror is between the receiver and the first diffuse reflection.
-    fn is_seen_directly(&self) -> bool {
+    pub(crate) fn is_seen_directly(&self) -> bool {
         self.reflections == 0
     }
 
@@ -308,21 +291,6 @@ impl Ray {
             at: hit.position.as_dvec3(),
             is_scattered: true,
             ..self.clone()
-        }
-    }
-
-    /// The place that it goes on from, on a surface with unit `normal`.
-    fn near_place(&self, surface: SurfaceId, normal: Vec3, choice: f32) -> NearPlace {
-        NearPlace {
-            surface,
-            position: self.at.as_vec3(),
-            normal,
-            departure: self.departure,
-            length: self.length,
-            throughput: self.throughput.clone(),
-            seen_directly: self.is_seen_directly(),
-            choice: f64::from(choice),
-            towards: self.towards.as_dvec3(),
         }
     }
 

@@ -76,9 +76,8 @@ impl Scale {
 }
 
 /// A sonel seen from a receiver.
-struct SeenSonel {
-    free_path: f32,
-    is_reflected: bool,
+struct SeenSonel<'a> {
+    sonel: &'a SampledSonel,
     towards: Vec3,
     distance: f32,
     /// Fluence from it, relative to others.
@@ -122,14 +121,8 @@ impl SonelSample {
     /// Scale of all sonels, wherever a receiver is; none without any.
     #[must_use]
     pub(crate) fn scale(&self) -> Option<Scale> {
-        let all = self.sonels.iter().map(|sonel| SeenSonel {
-            free_path: sonel.free_path,
-            is_reflected: sonel.is_reflected,
-            towards: Vec3::ZERO,
-            distance: 0.0,
-            weight: 1.0,
-        });
-        scale(&all.collect::<Vec<_>>())
+        let all = |sonel| SeenSonel { sonel, towards: Vec3::ZERO, distance: 0.0, weight: 1.0 };
+        scale(&self.sonels.iter().map(all).collect::<Vec<_>>())
     }
 
     /// Visible part of the sample from `position`, relative to the scene's centre [m].
@@ -162,7 +155,12 @@ impl SonelSample {
 
 impl SampledSonel {
     /// Radiation towards `position`; [`None`] where the path is blocked or nothing is radiated there.
-    fn seen_from(&self, geometry: &Geometry, table: &CoefficientTable, position: Vec3) -> Option<SeenSonel> {
+    fn seen_from(
+        &self,
+        geometry: &Geometry,
+        table: &CoefficientTable,
+        position: Vec3,
+    ) -> Option<SeenSonel<'_>> {
         let row = table.mean_row(self.surface);
         let offset = position - self.position;
         let projected = offset.dot(self.normal);
@@ -175,8 +173,7 @@ impl SampledSonel {
         let distance = offset.length();
         let near = distance.max(NEAR_PER_FREE_PATH * self.free_path);
         Some(SeenSonel {
-            free_path: self.free_path,
-            is_reflected: self.is_reflected,
+            sonel: self,
             towards: -offset / distance,
             distance,
             weight: f64::from(projected.abs() / (distance * near * near)),
@@ -185,14 +182,14 @@ impl SampledSonel {
 }
 
 /// The weighted means of those of `seen` that were reflected before.
-fn scale(seen: &[SeenSonel]) -> Option<Scale> {
-    let reflected = || seen.iter().filter(|seen| seen.is_reflected);
+fn scale(seen: &[SeenSonel<'_>]) -> Option<Scale> {
+    let reflected = || seen.iter().filter(|seen| seen.sonel.is_reflected);
     let total: f64 = reflected().map(|seen| seen.weight).sum();
-    let mean = |of: fn(&SeenSonel) -> f32| {
+    let mean = |of: fn(&SeenSonel<'_>) -> f32| {
         reflected().map(|seen| seen.weight * f64::from(of(seen))).sum::<f64>() / total
     };
     (total > 0.0).then(|| Scale {
-        free_path: mean(|seen| seen.free_path),
-        distance: mean(|seen| seen.free_path.max(seen.distance)),
+        free_path: mean(|seen| seen.sonel.free_path),
+        distance: mean(|seen| seen.sonel.free_path.max(seen.distance)),
     })
 }
