@@ -125,10 +125,7 @@ struct Pair<'a> {
 fn pair_up<'a>(receiver: &'a ReceiverParameters, b: &'a ReceiverParameters, pairs: &mut Vec<Pair<'a>>) {
     for band in &receiver.bands {
         let center = band.center_frequency_hz;
-        let Some(other) = b.bands.iter().find(|other| other.center_frequency_hz.total_cmp(&center).is_eq())
-        else {
-            continue;
-        };
+        let Some(other) = b.band(center) else { continue };
         pairs.extend(band.parameters().map(|parameter| Pair {
             receiver,
             center_frequency_hz: Some(center),

@@ -214,12 +214,8 @@ impl Values {
     /// Reading of a reverberation time; none for other parameters.
     #[must_use]
     pub fn quality(&self, parameter: Parameter) -> Option<DecayQuality> {
-        let index = match parameter {
-            Parameter::EarlyDecayTime => 0,
-            Parameter::T20 => 1,
-            Parameter::T30 => 2,
-            _ => return None,
-        };
+        let times = [Parameter::EarlyDecayTime, Parameter::T20, Parameter::T30];
+        let index = times.iter().position(|time| *time == parameter)?;
         let [_, t20, t30] = self.lines;
         let DecayLine { range, non_linearity_permille, .. } = self.lines[index]?;
         let curvature = t20.zip(t30).map(|(t20, t30)| 100.0 * (t30.time / t20.time - 1.0));
