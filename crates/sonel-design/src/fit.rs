@@ -507,7 +507,7 @@ mod tests {
     use sonel_acoustics::Bands;
     use sonel_map::Settings;
     use sonel_scene::Scene;
-    use sonel_study::pipeline::{InMemory, Room};
+    use sonel_study::pipeline::InMemory;
     use sonel_study::response::receivers_of;
 
     /// From nearly black to live few packets were reflected often enough; from live to a little less so they were.
@@ -519,10 +519,10 @@ mod tests {
                 .with_source("source", [1.5, 1.2, 1.3])
                 .with_receiver("receiver", [4.2, 3.7, 2.1])
                 .with_duration(1.5);
-            let room = Room::new(&scene, Vec::new()).unwrap();
             let settings = Settings { emissions: 10_000, ..Settings::default() };
-            let mut map = room.trace(settings, &mut InMemory, &NoClock).unwrap().map;
-            let (receivers, geometry) = (receivers_of(&scene), room.into_geometry());
+            let (receivers, geometry) = (receivers_of(&scene), scene.geometry().unwrap());
+            let traced = pipeline::trace(&scene, &geometry, Vec::new(), settings, &mut InMemory, &NoClock);
+            let mut map = traced.unwrap().map;
             let given = VariedMap {
                 map: &mut map,
                 geometry: &geometry,
