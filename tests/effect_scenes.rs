@@ -9,7 +9,7 @@ use sonel_map::{Mode, Settings};
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
 use sonel_study::effects::{Decision, EffectSpec, decide, states};
-use sonel_study::pipeline::{InMemory, PipelineSettings, Rendered, Room};
+use sonel_study::pipeline::{InMemory, Rendered, Room, render_and_read};
 use sonel_study::response::receivers_of;
 
 use crate::{meshes, shipped};
@@ -68,17 +68,13 @@ pub fn run(scene: &Scene, spec: &str, emissions: u64) -> Run {
     let geometry = scene.geometry().expect("walls");
     let spec: EffectSpec = spec.parse().expect("a specification");
     let decisions = decide(&spec, Mode::Accurate, &mut scene, &geometry);
-    let room = Room::new(&scene, states(&decisions, Mode::Accurate)).expect("walls");
-    let settings = PipelineSettings {
-        trace: Settings { emissions, seed: 7, ..Settings::default() },
-        render: RenderSettings { rays: Some(4096), edges: spec.diffracts(), ..RenderSettings::default() },
-    };
-    let run = room.run(&settings, &receivers_of(&scene), &mut InMemory, &CpuClock).expect("a run");
-    Run {
-        seconds: run.traced.seconds.total() + run.rendered.seconds.total(),
-        rendered: run.rendered,
-        decisions,
-    }
+    let room = Room::within(&scene, geometry, states(&decisions, Mode::Accurate));
+    let settings = Settings { emissions, seed: 7, ..Settings::default() };
+    let traced = room.trace(settings, &mut InMemory, &CpuClock).expect("a run");
+    let render = RenderSettings { rays: Some(4096), edges: spec.diffracts(), ..RenderSettings::default() };
+    let rendered = render_and_read(&traced.map, room.geometry(), &receivers_of(&scene), &render, &CpuClock)
+        .expect("a run");
+    Run { seconds: traced.seconds.total() + rendered.seconds.total(), rendered, decisions }
 }
 
 /// `auto` against `other` in the same packets.

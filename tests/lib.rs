@@ -27,7 +27,7 @@ use sonel_map::{BandClasses, EffectState, Emissions, Ledger, PathWeight, Segment
 use sonel_renderer::deposit::TimeBins;
 use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_scene::{Effect, Loaded, Scene};
-use sonel_study::pipeline::{self, Clock, InMemory, NoClock, Rendered, Room, TracedMap};
+use sonel_study::pipeline::{self, Clock, InMemory, NoClock, Rendered, TracedMap};
 use sonel_study::response::receivers_of;
 
 /// A shipped scene.
@@ -79,10 +79,11 @@ impl Traced {
     }
 
     fn with_effects(scene: Scene, settings: Settings, effects: Vec<EffectState>) -> Self {
-        let room = Room::new(&scene, effects).expect("a sound mesh");
+        let geometry = scene.geometry().expect("a sound mesh");
         let TracedMap { map, ledger, .. } =
-            room.trace(settings, &mut InMemory, &NoClock).expect("a tight room");
-        Self { geometry: room.into_geometry(), map, ledger, edges: false }
+            pipeline::trace(&scene, &geometry, effects, settings, &mut InMemory, &NoClock)
+                .expect("a tight room");
+        Self { geometry, map, ledger, edges: false }
     }
 
     /// Ready to be compared with another map.

@@ -1,7 +1,8 @@
 //! `auto` against all effects in twenty-one scenes: what it leaves out changes no more than promised, and no more than a tenth of a
 //! just-noticeable difference; each effect is missed where a scene needs it. The quick form is in tests/physics.
 
-use sonel_study::effects::{DECAY, Effect, LEVEL_DB};
+use sonel_acoustics::just_noticeable;
+use sonel_study::effects::{Effect, THRESHOLD};
 use sonel_tests::effect_scenes::{Outcome, against, scenes};
 
 const EMISSIONS: u64 = 4_000;
@@ -52,8 +53,8 @@ fn every_effect_is_missed_where_it_is_needed() {
     for effect in [Effect::Diffraction, Effect::Air, Effect::Directivity] {
         let missed = scenes().into_iter().filter(|scene| {
             let outcome = against(scene, &format!("auto,-{}", effect.name()), EMISSIONS);
-            let changed =
-                outcome.level_db.iter().any(|&db| db > LEVEL_DB) || outcome.decay.iter().any(|&t| t > DECAY);
+            let changed = outcome.level_db.iter().any(|&db| db > THRESHOLD * just_noticeable::LEVEL_DB)
+                || outcome.decay.iter().any(|&t| t > THRESHOLD * just_noticeable::EARLY_DECAY_TIME);
             assert!(
                 !changed || outcome.decisions[effect as usize].on.contains(&true),
                 "{}: {} was left out and is missed",

@@ -10,7 +10,7 @@ use sonel_scene::Scene;
 use sonel_study::evaluation_receivers::evaluation_receivers;
 use sonel_study::forecast::Effort;
 use sonel_study::pilot::{self, PilotConfig};
-use sonel_study::pipeline::{Clock, InMemory, PipelineSettings, Room};
+use sonel_study::pipeline::{Clock, InMemory, Room, render_and_read};
 use sonel_study::spread::{PLANNED, readings};
 use sonel_tests::{meshes, shipped};
 
@@ -122,7 +122,7 @@ impl Record {
 
 /// What was predicted and found of every parameter in one run in `scene`, and of CPU seconds.
 fn compare(name: &str, scene: &Scene) -> Record {
-    let room = Room::new(scene, Vec::new()).expect("walls");
+    let room = Room::within(scene, scene.geometry().expect("walls"), Vec::new());
     let receivers = evaluation_receivers(scene, room.geometry());
     let trace = Settings { emissions: EMISSIONS, ..Settings::default() };
     let effort = Effort::of_trace(EMISSIONS, trace.batches);
@@ -138,10 +138,12 @@ fn compare(name: &str, scene: &Scene) -> Record {
     let before = CpuClock.process();
     let pilot = pilot::run(&config, &CpuClock).expect("a pilot");
     let spent = CpuClock.process() - before;
-    let settings = PipelineSettings { trace, ..PipelineSettings::default() };
-    let run = room.run(&settings, &receivers, &mut InMemory, &CpuClock).expect("a run");
+    let traced = room.trace(trace, &mut InMemory, &CpuClock).expect("a run");
+    let render = RenderSettings::default();
+    let rendered =
+        render_and_read(&traced.map, room.geometry(), &receivers, &render, &CpuClock).expect("a run");
     let mut record = Record::default();
-    for (spread, found) in pilot.spreads.iter().zip(readings(&run.rendered.parameters, &PLANNED)) {
+    for (spread, found) in pilot.spreads.iter().zip(readings(&rendered.parameters, &PLANNED)) {
         let (Ok(predicted), Ok([low, high])) =
             (pilot.half_width(spread, effort), pilot.range(spread, effort))
         else {
@@ -153,7 +155,7 @@ fn compare(name: &str, scene: &Scene) -> Record {
             record.ranges.push([libm::log(found.total() / low), libm::log(found.total() / high)]);
         }
     }
-    let (price, traced, received) = (pilot.price(effort), run.traced.seconds, run.rendered.seconds);
+    let (price, traced, received) = (pilot.price(effort), traced.seconds, rendered.seconds);
     let trace = (traced.trace + traced.write) / price.trace;
     let render = (traced.open + received.total() - received.parameters) / price.render;
     record.times.0.extend([trace, render]);

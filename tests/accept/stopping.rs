@@ -6,7 +6,7 @@ use sonel_analysis::Parameter;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
-use sonel_study::pipeline::{InMemory, NoClock, PipelineSettings, Room};
+use sonel_study::pipeline::{InMemory, NoClock, Room, render_and_read};
 use sonel_study::response::receivers_of;
 use sonel_study::spread::readings;
 use sonel_study::target::Targets;
@@ -21,17 +21,18 @@ const BAND: usize = 1;
 
 /// Values and half-widths of the parameters when the run stops, and how often it was looked at.
 fn stopped(scene: &Scene, targets: &Targets, seed: u64) -> ([(f64, f64); FIGURES.len()], u32) {
-    let room = Room::new(scene, Vec::new()).expect("walls");
+    let room = Room::within(scene, scene.geometry().expect("walls"), Vec::new());
     let receivers = receivers_of(scene);
     let mut emissions = FIRST;
     for iterations in 1.. {
         let trace = Settings { emissions, seed, ..Settings::default() };
-        let settings = PipelineSettings { trace, render: RenderSettings::default() };
-        let run = room.run(&settings, &receivers, &mut InMemory, &NoClock).expect("a run");
-        let found = readings(&run.rendered.parameters, &targets.parameters());
+        let map = room.trace(trace, &mut InMemory, &NoClock).expect("a run").map;
+        let render = RenderSettings::default();
+        let rendered = render_and_read(&map, room.geometry(), &receivers, &render, &NoClock).expect("a run");
+        let found = readings(&rendered.parameters, &targets.parameters());
         let verdict = Verdict::new(&found, targets);
         if verdict.is_reached() {
-            let band = &run.rendered.parameters[0].bands[BAND];
+            let band = &rendered.parameters[0].bands[BAND];
             let parameters = FIGURES.map(|parameter| {
                 let estimate = band.parameter(parameter).as_ref().expect("a supported figure");
                 let [low, high] = *estimate.interval.as_ref().expect("an interval");

@@ -11,8 +11,9 @@ use sonel_analysis::Parameter;
 use sonel_console::clock::CpuClock;
 use sonel_geometry::{Mesh, MeshTriangle};
 use sonel_map::Settings;
+use sonel_renderer::RenderSettings;
 use sonel_scene::{Receiver, Scene};
-use sonel_study::pipeline::{InMemory, PipelineSettings, Room};
+use sonel_study::pipeline::{InMemory, Room, render_and_read};
 use sonel_study::response::receivers_of;
 use sonel_tests::{meshes, shipped};
 
@@ -90,16 +91,18 @@ fn case(name: &str, scene: &Scene, emissions: u64) {
     if chosen.peek().is_some() && !chosen.any(|word| name.starts_with(&word)) {
         return;
     }
-    let room = Room::new(scene, Vec::new()).expect("a sound mesh");
+    let room = Room::within(scene, scene.geometry().expect("a sound mesh"), Vec::new());
     let receivers = receivers_of(scene);
     let (mut levels, mut times, mut seconds) = (Vec::new(), Vec::new(), 0.0);
     let seeds = SEEDS[usize::from(receivers.len() >= 100)];
     for seed in 1..=seeds {
         let trace = Settings { emissions, seed, ..Settings::default() };
-        let settings = PipelineSettings { trace, ..PipelineSettings::default() };
-        let run = room.run(&settings, &receivers, &mut InMemory, &CpuClock).expect("a tight room");
-        seconds += (run.traced.seconds.total() + run.rendered.seconds.total()) / seeds as f64;
-        let parameters = run.rendered.parameters;
+        let traced = room.trace(trace, &mut InMemory, &CpuClock).expect("a tight room");
+        let render = RenderSettings::default();
+        let rendered = render_and_read(&traced.map, room.geometry(), &receivers, &render, &CpuClock)
+            .expect("receivers within the room");
+        seconds += (traced.seconds.total() + rendered.seconds.total()) / seeds as f64;
+        let parameters = rendered.parameters;
         let bands = || parameters.iter().flat_map(|receiver| &receiver.bands);
         let values = |parameter| -> Vec<f64> {
             bands().map(|band| band.parameter(parameter).as_ref().map_or(f64::NAN, |e| e.value)).collect()

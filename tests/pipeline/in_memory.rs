@@ -3,14 +3,21 @@
 use std::sync::Mutex;
 
 use sonel_map::{Mode, Settings, SonelMap, Vertex};
+use sonel_renderer::RenderSettings;
 use sonel_study::effects::{EffectSpec, decide, states};
-use sonel_study::pipeline::{Clock, InMemory, NoClock, PipelineRun, PipelineSettings, Room};
+use sonel_study::pipeline::{self, Clock, InMemory, NoClock, Rendered, TracedMap, render_and_read};
 use sonel_study::response::receivers_of;
 use sonel_testkit::test_folder::TestFolder;
 
 use crate::{render, response, test_folder, trace};
 
-fn run(folder: &TestFolder, emissions: u64, clock: &dyn Clock) -> PipelineRun {
+/// A map and its rendering.
+struct Run {
+    traced: TracedMap,
+    rendered: Rendered,
+}
+
+fn run(folder: &TestFolder, emissions: u64, clock: &dyn Clock) -> Run {
     let text = String::from_utf8(folder.bytes("scene.toml")).expect("text");
     let loaded =
         sonel_scene::load(&text, "scene.toml", &mut |_| unreachable!("a shoebox")).expect("a valid scene");
@@ -19,9 +26,11 @@ fn run(folder: &TestFolder, emissions: u64, clock: &dyn Clock) -> PipelineRun {
     let decisions = decide(&EffectSpec::default(), Mode::Accurate, &mut scene, &geometry);
     let effects = states(&decisions, Mode::Accurate);
     let settings = Settings { emissions, ..Settings::default() };
-    let settings = PipelineSettings { trace: settings, ..PipelineSettings::default() };
-    let room = Room::new(&scene, effects).expect("walls");
-    room.run(&settings, &receivers_of(&scene), &mut InMemory, clock).expect("a pipeline run")
+    let traced =
+        pipeline::trace(&scene, &geometry, effects, settings, &mut InMemory, clock).expect("a tight room");
+    let (receivers, render) = (receivers_of(&scene), RenderSettings::default());
+    let rendered = render_and_read(&traced.map, &geometry, &receivers, &render, clock).expect("a rendering");
+    Run { traced, rendered }
 }
 
 #[test]

@@ -8,6 +8,7 @@
 
 use crate::derived::derived;
 use crate::estimate::{ParameterValue, Unsupported};
+use crate::octave;
 use crate::parameter::Parameter;
 use crate::receiver::ReceiverParameters;
 
@@ -44,20 +45,17 @@ pub fn average<'a>(parameters: impl IntoIterator<Item = &'a ParameterValue>) -> 
 /// # Errors
 /// Where one of these octaves is missing or has no value.
 pub fn single_number(receiver: &ReceiverParameters, parameter: Parameter) -> ParameterValue {
-    let find =
-        |octave: &f64| receiver.bands.iter().find(|band| band.center_frequency_hz.total_cmp(octave).is_eq());
     let (octaves, text): (&[f64], _) = match parameter {
         Parameter::SupportEarly | Parameter::SupportLate => (&SUPPORT_OCTAVES, "250 to 2000"),
         _ if Parameter::LATERAL.contains(&parameter) => (&LATERAL_OCTAVES, "125 to 1000"),
         _ => (&SINGLE_NUMBER_OCTAVES, "500 and 1000"),
     };
-    let missing: Vec<String> =
-        octaves.iter().filter(|octave| find(octave).is_none()).map(|octave| format!("{octave} Hz")).collect();
-    if !missing.is_empty() {
-        return Err(Unsupported::OctavesMissing { octaves: text, missing: missing.join(", ") });
+    if let Some(missing) = octave::missing(octaves, |octave| receiver.band(octave).is_some()) {
+        return Err(Unsupported::OctavesMissing { octaves: text, missing });
     }
     let mean = if parameter == Parameter::LateLateralLevel { energetic } else { mean };
-    derived(mean, octaves.iter().filter_map(find).map(|band| band.parameter(parameter)))
+    let bands = octaves.iter().filter_map(|octave| receiver.band(*octave));
+    derived(mean, bands.map(|band| band.parameter(parameter)))
 }
 
 #[cfg(test)]

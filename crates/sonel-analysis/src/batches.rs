@@ -3,31 +3,31 @@
 use sonel_echogram::Response;
 
 use crate::decay::Echogram;
-use crate::estimate::{Estimate, KernelShift, NoInterval, ParameterValue, StandardError, Unsupported};
-use crate::jackknife;
+use crate::estimate::{Estimate, KernelShift, NoInterval, ParameterValue, Unsupported};
+use crate::jackknife::{self, Spread};
 use crate::listed::Arrival;
 use crate::parameter::{LevelScale, Values};
 
 /// Readings from the coarse bins of the batches.
 #[derive(Debug)]
 pub struct Parts {
-    /// From all batches.
-    pub all: Values,
-    /// Without each of them.
-    pub without: Vec<Values>,
+    /// As the batches are.
+    pub readings: Readings,
+    /// The same freed of the bias of discs and spheres; none where there is no such bias.
+    unbiased: Option<Readings>,
     /// Weights, above zero, adding up to 1.
     pub weight: Vec<f64>,
-    /// The same readings freed of the bias of discs and spheres; none where there is no such bias.
-    pub unbiased: Option<Readings>,
     /// Whether no batch holds any energy, though the echogram may hold what single numbers cannot.
-    pub is_silent: bool,
+    is_silent: bool,
 }
 
 /// Readings from all batches and without each of them.
 #[derive(Debug)]
 pub struct Readings {
-    all: Values,
-    without: Vec<Values>,
+    /// From all batches.
+    pub all: Values,
+    /// Without each of them.
+    pub without: Vec<Values>,
 }
 
 impl Parts {
@@ -53,20 +53,39 @@ impl Parts {
         }
         let direct_time = response.direct_time(s, r);
         let read = |energy: &[f64]| Values::read(Echogram { edges, energy, direct_time, arrivals }, scale);
-        let mean_energy = mean(&batches);
-        let without =
-            batches.iter().map(|&(weight, batch)| read(&leave_out(&mean_energy, weight, batch))).collect();
-        let differences: Vec<(f64, &[f32])> =
-            weighted(&stored.weight, |g| response.kernel_difference(g, s, r, b)).collect();
-        let is_biased =
-            differences.iter().any(|(_, bins)| bins.iter().any(|difference| difference.abs() > 0.0));
+        let differences = weighted(&stored.weight, |g| response.kernel_difference(g, s, r, b));
+        let differences: Vec<&[f32]> = differences.map(|(_, bins)| bins).collect();
+        let is_biased = differences.iter().copied().flatten().any(|difference| difference.abs() > 0.0);
         Ok(Self {
-            unbiased: is_biased.then(|| unbiased(&batches, &differences, &read)),
-            without,
-            all: read(&mean_energy),
-            is_silent: mean_energy.iter().all(|energy| *energy <= 0.0),
+            readings: Readings::of(&batches, &read),
+            unbiased: is_biased.then(|| Readings::unbiased(&batches, &differences, &read)),
             weight: batches.iter().map(|&(weight, _)| weight).collect(),
+            is_silent: batches.iter().all(|(_, bins)| bins.iter().all(|energy| *energy <= 0.0)),
         })
+    }
+
+    fn unbiased(&self) -> &Readings {
+        self.unbiased.as_ref().unwrap_or(&self.readings)
+    }
+}
+
+impl Readings {
+    fn of(batches: &[(f64, &[f32])], read: &impl Fn(&[f64]) -> Values) -> Self {
+        let mean = mean(batches);
+        let without = batches.iter().map(|&(weight, batch)| read(&leave_out(&mean, weight, batch)));
+        let positive: Vec<f64> = mean.iter().map(|energy| energy.max(0.0)).collect();
+        Self { without: without.collect(), all: read(&positive) }
+    }
+
+    /// Readings of energy less its bias, which is minus twice the difference that half the area makes: what is averaged over
+    /// an area has a bias of O(h²), so half of it is left over half the area (docs/physics.md §7).
+    fn unbiased(batches: &[(f64, &[f32])], differences: &[&[f32]], read: &impl Fn(&[f64]) -> Values) -> Self {
+        let corrected = batches.iter().zip(differences).map(|((_, energy), difference)| {
+            energy.iter().zip(*difference).map(|(e, d)| e + BIAS_PER_DIFFERENCE * d).collect()
+        });
+        let corrected: Vec<Vec<f32>> = corrected.collect();
+        let weights = batches.iter().map(|(weight, _)| *weight);
+        Self::of(&weights.zip(corrected.iter().map(Vec::as_slice)).collect::<Vec<_>>(), read)
     }
 }
 
@@ -94,29 +113,6 @@ fn mean(batches: &[(f64, &[f32])]) -> Vec<f64> {
         .collect()
 }
 
-/// Readings of energy less its bias, which is minus twice the difference that half the area makes: what is averaged over
-/// an area has a bias of O(h²), so half of it is left over half the area (docs/physics.md §7).
-fn unbiased(
-    batches: &[(f64, &[f32])],
-    differences: &[(f64, &[f32])],
-    read: &impl Fn(&[f64]) -> Values,
-) -> Readings {
-    let corrected: Vec<(f64, Vec<f32>)> = batches
-        .iter()
-        .zip(differences)
-        .map(|(&(weight, energy), (_, difference))| {
-            let corrected = energy.iter().zip(*difference).map(|(e, d)| e + BIAS_PER_DIFFERENCE * d);
-            (weight, corrected.collect())
-        })
-        .collect();
-    let corrected: Vec<(f64, &[f32])> =
-        corrected.iter().map(|(weight, energy)| (*weight, energy.as_slice())).collect();
-    let mean = mean(&corrected);
-    let without = corrected.iter().map(|&(weight, batch)| read(&leave_out(&mean, weight, batch)));
-    let positive: Vec<f64> = mean.iter().map(|energy| energy.max(0.0)).collect();
-    Readings { without: without.collect(), all: read(&positive) }
-}
-
 /// What half the area adds to the energy, times this, frees it of its O(h²) bias.
 const BIAS_PER_DIFFERENCE: f32 = 2.0;
 
@@ -136,97 +132,46 @@ pub fn estimate(
     parts: Result<&[&Parts], &NoInterval>,
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
 ) -> ParameterValue {
-    let value = finite(value)?;
-    let estimate = |interval, error, without, weight, warning, kernel| Estimate {
-        value,
-        interval,
-        error,
-        without,
-        weight,
-        warning,
-        decay: None,
-        kernel,
-        is_time: false,
-        materials: Vec::new(),
-    };
-    let parts = match parts {
-        Ok(parts) => parts,
-        Err(reason) => return Ok(estimate(Err(reason.clone()), None, Vec::new(), Vec::new(), None, None)),
-    };
-    let without_interval = |reason| Ok(estimate(Err(reason), None, Vec::new(), Vec::new(), None, None));
-    if parts.iter().any(|part| part.is_silent) {
-        return without_interval(NoInterval::TooQuiet);
+    let value = value?;
+    if !value.is_finite() {
+        return Err(Unsupported::BeyondNumbers);
     }
-    let PartSpread { half_width, error, warning, without, weight, kernel } = spread(parts, read)?;
+    let parts = match parts {
+        Err(reason) => return Ok(Estimate::bare(value, Err(reason.clone()))),
+        Ok(parts) if parts.iter().any(|part| part.is_silent) => {
+            return Ok(Estimate::bare(value, Err(NoInterval::TooQuiet)));
+        }
+        Ok(parts) => parts,
+    };
+    let weight = &parts[0].weight;
+    let over = |pick: &dyn Fn(&Parts) -> &Values| {
+        read(&parts.iter().map(|part| pick(part)).collect::<Vec<_>>())
+            .map_err(|reason| Unsupported::OneBatchDecides { reason: Box::new(reason) })
+    };
+    let all = over(&|part| &part.readings.all)?;
+    let without: Vec<f64> =
+        (0..weight.len()).map(|g| over(&|part| &part.readings.without[g])).collect::<Result<_, _>>()?;
+    let Spread { half_width, error, warning } = jackknife::spread(all, &without, weight);
     let noise = [value - half_width, value + half_width];
+    // Where the parameter cannot be read off the corrected energies, nothing is known of its bias.
+    let shift = || -> Result<KernelShift, Unsupported> {
+        let shift = over(&|part| &part.unbiased().all)? - all;
+        let shift_without = |g: usize| Ok(over(&|part| &part.unbiased().without[g])? - without[g]);
+        let shifts: Vec<f64> = (0..weight.len()).map(shift_without).collect::<Result<_, Unsupported>>()?;
+        Ok(KernelShift { shift, sigma: jackknife::spread(shift, &shifts, weight).error.sigma })
+    };
+    let is_biased = parts.iter().any(|part| part.unbiased.is_some());
+    let kernel = is_biased.then(shift).and_then(Result::ok);
     let interval = kernel.map_or(noise, |kernel| kernel.extend(noise));
     if !interval.iter().all(|end| end.is_finite()) {
-        return without_interval(NoInterval::BeyondNumbers);
+        return Ok(Estimate::bare(value, Err(NoInterval::BeyondNumbers)));
     }
-    Ok(estimate(Ok(interval), Some(error), without, weight, warning, kernel))
-}
-
-/// The one place where a number that is none would leave the readings.
-fn finite(value: Result<f64, Unsupported>) -> Result<f64, Unsupported> {
-    value.and_then(|value| if value.is_finite() { Ok(value) } else { Err(Unsupported::BeyondNumbers) })
-}
-
-/// Values of a parameter in the parts.
-struct PartSpread {
-    half_width: f64,
-    error: StandardError,
-    warning: Option<String>,
-    without: Vec<f64>,
-    weight: Vec<f64>,
-    kernel: Option<KernelShift>,
-}
-
-/// Jackknife of what `read` makes of the parts of one band or, for parameters over bands, of several.
-fn spread(
-    parts: &[&Parts],
-    read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
-) -> Result<PartSpread, Unsupported> {
-    let take = |pick: &dyn Fn(&Parts) -> &Values| {
-        let values: Vec<&Values> = parts.iter().map(|part| pick(part)).collect();
-        read(&values).map_err(|reason| Unsupported::OneBatchDecides { reason: Box::new(reason) })
-    };
-    let all = take(&|part| &part.all)?;
-    let weight = &parts[0].weight;
-    let without: Vec<f64> =
-        (0..weight.len()).map(|g| take(&|part| &part.without[g])).collect::<Result<_, _>>()?;
-    let spread = jackknife::spread(all, &without, weight);
-    Ok(PartSpread {
-        half_width: spread.half_width,
-        kernel: kernel_shift(parts, &read, all, &without),
-        error: spread.error,
-        warning: spread.warning,
+    Ok(Estimate {
+        error: Some(error),
         without,
         weight: weight.clone(),
+        warning,
+        kernel,
+        ..Estimate::bare(value, Ok(interval))
     })
-}
-
-/// How the parameter, `all` and `without` each batch, shifts when it is freed of the bias of discs and spheres. [`None`] where
-/// nothing is averaged over an area, or where the parameter cannot be read off the corrected energies.
-fn kernel_shift(
-    parts: &[&Parts],
-    read: &impl Fn(&[&Values]) -> Result<f64, Unsupported>,
-    all: f64,
-    without: &[f64],
-) -> Option<KernelShift> {
-    if parts.iter().all(|part| part.unbiased.is_none()) {
-        return None;
-    }
-    let take = |pick: &dyn Fn(&Parts) -> &Values| {
-        let values: Vec<&Values> = parts.iter().map(|part| pick(part)).collect();
-        read(&values).ok()
-    };
-    let shift = take(&|part| part.unbiased.as_ref().map_or(&part.all, |readings| &readings.all))? - all;
-    let shifts = (0..without.len()).map(|g| {
-        let unbiased =
-            take(&|part| part.unbiased.as_ref().map_or(&part.without[g], |readings| &readings.without[g]))?;
-        Some(unbiased - without[g])
-    });
-    let shifts: Vec<f64> = shifts.collect::<Option<_>>()?;
-    let sigma = jackknife::spread(shift, &shifts, &parts[0].weight).error.sigma;
-    Some(KernelShift { shift, sigma })
 }

@@ -17,10 +17,9 @@ use sonel_acoustics::just_noticeable as noticeable;
 
 use crate::estimate::{Estimate, NoInterval, ParameterValue, StandardError};
 use crate::jackknife;
-use crate::parameter::Parameter;
 use crate::receiver::ReceiverParameters;
 use crate::student::{self, MISSED};
-use crate::window::{WINDOWS, Window};
+use crate::window::WINDOWS;
 
 /// Chance of any difference being found where there is none.
 pub(crate) const FAMILY_LEVEL: f64 = 0.01;
@@ -96,11 +95,13 @@ pub fn compare(a: &[ReceiverParameters], b: &[ReceiverParameters], pairing: Pair
         }
     }
     pairs.retain(|pair| pair.a.is_ok() || pair.b.is_ok());
-    let tested: Vec<&Pair<'_>> = pairs.iter().filter(|pair| pair.errors().is_some()).collect();
-    let level = sidak(tested.len());
+    let found: Vec<(&Pair<'_>, Estimate)> =
+        pairs.iter().filter_map(|pair| Some((pair, difference(pair.a, pair.b, pairing).ok()?))).collect();
+    let tested = found.iter().filter(|(_, found)| found.error.is_some()).count();
+    let level = sidak(tested);
     Comparison {
-        differences: tested.iter().filter_map(|pair| pair.difference(level, pairing)).collect(),
-        not_tested: pairs.len() - tested.len(),
+        differences: found.iter().filter_map(|(pair, found)| pair.tested(found, level)).collect(),
+        not_tested: pairs.len() - tested,
         level,
     }
 }
@@ -110,19 +111,13 @@ fn sidak(count: usize) -> f64 {
     -libm::expm1(libm::log1p(-FAMILY_LEVEL) / count.max(1) as f64)
 }
 
-/// Input of the comparison.
-#[derive(Debug, Clone, Copy)]
-enum Compared {
-    Parameter(Parameter),
-    Window(Window),
-    Speech,
-}
-
 /// One parameter of both responses.
 struct Pair<'a> {
     receiver: &'a ReceiverParameters,
     center_frequency_hz: Option<f64>,
-    compared: Compared,
+    key: &'static str,
+    /// About the value of `a`.
+    just_noticeable: f64,
     a: &'a ParameterValue,
     b: &'a ParameterValue,
 }
@@ -130,66 +125,54 @@ struct Pair<'a> {
 fn pair_up<'a>(receiver: &'a ReceiverParameters, b: &'a ReceiverParameters, pairs: &mut Vec<Pair<'a>>) {
     for band in &receiver.bands {
         let center = band.center_frequency_hz;
-        let Some(other) = b.bands.iter().find(|other| other.center_frequency_hz.total_cmp(&center).is_eq())
-        else {
-            continue;
-        };
+        let Some(other) = b.band(center) else { continue };
         pairs.extend(band.parameters().map(|parameter| Pair {
             receiver,
             center_frequency_hz: Some(center),
-            compared: Compared::Parameter(parameter),
+            key: parameter.key(),
+            just_noticeable: parameter.just_noticeable(number(band.parameter(parameter))),
             a: band.parameter(parameter),
             b: other.parameter(parameter),
         }));
         let windows = WINDOWS.iter().zip(&band.windows).zip(&other.windows);
-        pairs.extend(windows.map(|((&window, a), b)| Pair {
+        pairs.extend(windows.map(|((window, a), b)| Pair {
             receiver,
             center_frequency_hz: Some(center),
-            compared: Compared::Window(window),
+            key: window.key,
+            just_noticeable: noticeable::LEVEL_DB,
             a,
             b,
         }));
     }
-    let (speech_a, speech_b) = (&receiver.speech_transmission_index, &b.speech_transmission_index);
     pairs.push(Pair {
         receiver,
         center_frequency_hz: None,
-        compared: Compared::Speech,
-        a: speech_a,
-        b: speech_b,
+        key: "speech_transmission_index",
+        just_noticeable: noticeable::SPEECH_TRANSMISSION_INDEX,
+        a: &receiver.speech_transmission_index,
+        b: &b.speech_transmission_index,
     });
 }
 
+/// The value, which is of no matter where there is none.
+fn number(of: &ParameterValue) -> f64 {
+    of.as_ref().map_or(f64::NAN, |estimate| estimate.value)
+}
+
 impl Pair<'_> {
-    fn estimates(&self) -> Option<(&Estimate, &Estimate)> {
-        Some((self.a.as_ref().ok()?, self.b.as_ref().ok()?))
-    }
-
-    fn errors(&self) -> Option<(StandardError, StandardError)> {
-        let (a, b) = self.estimates()?;
-        Some((a.error?, b.error?))
-    }
-
-    /// Standard error of the difference.
-    fn joint_error(&self, pairing: Pairing) -> Option<StandardError> {
-        let (a, b) = self.estimates()?;
-        joint_error(a, b, pairing)
-    }
-
-    fn difference(&self, level: f64, pairing: Pairing) -> Option<Difference> {
-        let ((a, b), joint) = (self.estimates()?, self.joint_error(pairing)?);
-        let value = b.value - a.value;
-        let half_width = student::quantile(MISSED, joint.freedom) * joint.sigma;
-        let rounding = ROUNDING * a.value.abs().max(b.value.abs());
+    /// What was `found`, tested at `level`; none without an interval.
+    fn tested(&self, found: &Estimate, level: f64) -> Option<Difference> {
+        let (error, value) = (found.error?, found.value);
+        let rounding = ROUNDING * number(self.a).abs().max(number(self.b).abs());
         Some(Difference {
             source: self.receiver.source.clone(),
             receiver: self.receiver.name.clone(),
             center_frequency_hz: self.center_frequency_hz,
-            estimate: self.compared.key(),
+            estimate: self.key,
             value,
-            interval: [value - half_width, value + half_width],
-            just_noticeable: value.abs() / self.compared.just_noticeable(a.value),
-            differs: value.abs() > student::quantile(level, joint.freedom) * joint.sigma + rounding,
+            interval: found.interval.clone().ok()?,
+            just_noticeable: value.abs() / self.just_noticeable,
+            differs: value.abs() > student::quantile(level, error.freedom) * error.sigma + rounding,
         })
     }
 }
@@ -264,25 +247,6 @@ pub(crate) fn welch(a: StandardError, b: StandardError) -> StandardError {
         a.freedom.min(b.freedom)
     };
     StandardError { sigma: (var_a + var_b).sqrt(), freedom: freedom.max(1) }
-}
-
-impl Compared {
-    fn key(self) -> &'static str {
-        match self {
-            Self::Parameter(parameter) => parameter.key(),
-            Self::Window(window) => window.key,
-            Self::Speech => "speech_transmission_index",
-        }
-    }
-
-    /// The just-noticeable difference about `value`, in the unit of the parameter.
-    fn just_noticeable(self, value: f64) -> f64 {
-        match self {
-            Self::Parameter(parameter) => parameter.just_noticeable(value),
-            Self::Window(_) => noticeable::LEVEL_DB,
-            Self::Speech => noticeable::SPEECH_TRANSMISSION_INDEX,
-        }
-    }
 }
 
 #[cfg(test)]

@@ -104,7 +104,7 @@ impl DecayCurve {
             times: self.times.clone(),
             remaining: self.remaining.iter().map(|remaining| (remaining + more).max(0.0)).collect(),
             borders: self.borders.clone(),
-            tail: Tail { energy, rate, ..self.tail },
+            tail: Tail { energy, rate },
             direct_time: self.direct_time,
         }
     }
@@ -181,7 +181,8 @@ impl DecayCurve {
     #[must_use]
     pub fn center_time(&self) -> f64 {
         let within: f64 = self.pieces().map(|piece| piece.integral()).sum();
-        (within + self.tail.energy * self.tail.mean_delay()) / self.total()
+        // The mean delay of an exponential is one over its rate.
+        (within + self.tail.energy * (1.0 / self.tail.rate)) / self.total()
     }
 }
 

@@ -9,7 +9,6 @@
 
 use sonel_acoustics::strength_db;
 
-use crate::decay::DecayCurve;
 use crate::estimate::Unsupported;
 use crate::parameter::{Values, late};
 
@@ -23,7 +22,7 @@ const END: f64 = 0.080;
 /// # Errors
 /// When one of them has no curve, the record ends before 80 ms, or nothing arrives early.
 pub fn early_fraction(all: &Values, lateral: &Values) -> Result<f64, Unsupported> {
-    let (all, lateral) = (curve(all)?, curve(lateral)?);
+    let (all, lateral) = (all.curve()?, lateral.curve()?);
     let early = all.total() - late(all, END)?;
     if early <= 0.0 {
         return Err(Unsupported::NothingEarly { limit_ms: 1000.0 * END });
@@ -36,10 +35,6 @@ pub fn early_fraction(all: &Values, lateral: &Values) -> Result<f64, Unsupported
 /// # Errors
 /// When there is no curve, the record ends before 80 ms, or nothing arrives late.
 pub fn late_level_db(lateral: &Values) -> Result<f64, Unsupported> {
-    let late = late(curve(lateral)?, END)?;
+    let late = late(lateral.curve()?, END)?;
     if late > 0.0 { Ok(strength_db(late)) } else { Err(Unsupported::NothingLate { limit_ms: 1000.0 * END }) }
-}
-
-fn curve(values: &Values) -> Result<&DecayCurve, Unsupported> {
-    values.curve.as_ref().map_err(Clone::clone)
 }

@@ -14,6 +14,13 @@ pub fn bands_of(octave: f64, frequencies: &[f64]) -> Option<Vec<usize>> {
     (found.len() == if has_thirds { 3 } else { 1 }).then_some(found)
 }
 
+/// Those of the `octaves` [Hz] that are not there; none where all are.
+#[must_use]
+pub fn missing(octaves: &[f64], is_there: impl Fn(f64) -> bool) -> Option<String> {
+    let missing = octaves.iter().filter(|octave| !is_there(**octave));
+    missing.map(|octave| format!("{octave} Hz")).reduce(|all, one| format!("{all}, {one}"))
+}
+
 /// Level of the sum of the energies of levels [dB], which is that of a single one to the last bit, however high.
 #[must_use]
 pub fn sum_db(levels_db: &[f64]) -> f64 {

@@ -136,9 +136,7 @@ fn place(parameters: &ReceiverParameters, more: [f64; 7]) -> Place {
 fn a_weighted(parameters: &ReceiverParameters, more: [f64; 7]) -> ParameterValue {
     // Where octaves of speech are missing, so is the index, with the reason.
     parameters.speech_transmission_index.as_ref().map_err(Clone::clone)?;
-    let octaves = SPEECH_OCTAVES.iter().filter_map(|octave| {
-        parameters.bands.iter().find(|band| band.center_frequency_hz.total_cmp(octave).is_eq())
-    });
+    let octaves = SPEECH_OCTAVES.iter().filter_map(|octave| parameters.band(*octave));
     let sum = |levels: &[f64]| {
         let weighted = levels.iter().zip(more).zip(A_WEIGHTING_DB).map(|((level, more), a)| level + more + a);
         10.0 * libm::log10(weighted.map(|level| libm::pow(10.0, 0.1 * level)).sum())

@@ -79,50 +79,45 @@ impl Parameter {
     /// Parameters of speech in noise, besides.
     pub const IN_NOISE: [Self; 2] = [Self::UsefulToDetrimental, Self::SignalToNoise];
 
-    /// Key in JSON and CSV.
-    #[must_use]
-    pub fn key(self) -> &'static str {
+    /// Key, symbol, unit of outputs and just-noticeable difference, relative where [`Self::is_noticed_relatively`]. Those of L_J, support, U50 and
+    /// ratios of direct sound are not known: they are taken for those of levels and of clarity.
+    fn description(self) -> (&'static str, &'static str, &'static str, f64) {
         match self {
-            Self::Level => "level_db",
-            Self::Strength => "strength_g_db",
-            Self::EarlyDecayTime => "early_decay_time_s",
-            Self::T20 => "t20_s",
-            Self::T30 => "t30_s",
-            Self::ClarityC50 => "clarity_c50_db",
-            Self::ClarityC80 => "clarity_c80_db",
-            Self::DefinitionD50 => "definition_d50",
-            Self::CenterTime => "center_time_s",
-            Self::LateralFraction => "lateral_fraction",
-            Self::LateralFractionCosine => "lateral_fraction_cosine",
-            Self::LateLateralLevel => "late_lateral_level_db",
-            Self::SupportEarly => "support_early_db",
-            Self::SupportLate => "support_late_db",
-            Self::UsefulToDetrimental => "useful_to_detrimental_u50_db",
-            Self::SignalToNoise => "signal_to_noise_db",
-            Self::DirectToReverberant => "direct_to_reverberant_db",
+            Self::Level => ("level_db", "L", "dB", noticeable::LEVEL_DB),
+            Self::Strength => ("strength_g_db", "G", "dB", noticeable::LEVEL_DB),
+            Self::EarlyDecayTime => ("early_decay_time_s", "EDT", "s", noticeable::EARLY_DECAY_TIME),
+            Self::T20 => ("t20_s", "T20", "s", noticeable::REVERBERATION_TIME),
+            Self::T30 => ("t30_s", "T30", "s", noticeable::REVERBERATION_TIME),
+            Self::ClarityC50 => ("clarity_c50_db", "C50", "dB", noticeable::CLARITY_DB),
+            Self::ClarityC80 => ("clarity_c80_db", "C80", "dB", noticeable::CLARITY_DB),
+            Self::DefinitionD50 => ("definition_d50", "D50", "%", noticeable::DEFINITION),
+            Self::CenterTime => ("center_time_s", "Ts", "ms", noticeable::CENTER_TIME),
+            Self::LateralFraction => ("lateral_fraction", "LF", "%", noticeable::LATERAL_FRACTION),
+            Self::LateralFractionCosine => {
+                ("lateral_fraction_cosine", "LFC", "%", noticeable::LATERAL_FRACTION)
+            }
+            Self::LateLateralLevel => ("late_lateral_level_db", "LJ", "dB", noticeable::LEVEL_DB),
+            Self::SupportEarly => ("support_early_db", "STearly", "dB", noticeable::LEVEL_DB),
+            Self::SupportLate => ("support_late_db", "STlate", "dB", noticeable::LEVEL_DB),
+            Self::UsefulToDetrimental => {
+                ("useful_to_detrimental_u50_db", "U50", "dB", noticeable::CLARITY_DB)
+            }
+            Self::SignalToNoise => ("signal_to_noise_db", "SNR", "dB", noticeable::LEVEL_DB),
+            Self::DirectToReverberant => ("direct_to_reverberant_db", "DRR", "dB", noticeable::CLARITY_DB),
         }
     }
 
-    /// The just-noticeable difference about `value`, in its own unit. Those of L_J, support, U50 and ratios of direct sound are not known:
-    /// they are taken for those of levels and of clarity.
+    /// Key in JSON and CSV.
+    #[must_use]
+    pub fn key(self) -> &'static str {
+        self.description().0
+    }
+
+    /// The just-noticeable difference about `value`, in its own unit.
     #[must_use]
     pub fn just_noticeable(self, value: f64) -> f64 {
-        match self {
-            Self::Level
-            | Self::Strength
-            | Self::LateLateralLevel
-            | Self::SupportEarly
-            | Self::SupportLate
-            | Self::SignalToNoise => noticeable::LEVEL_DB,
-            Self::EarlyDecayTime => noticeable::EARLY_DECAY_TIME * value,
-            Self::T20 | Self::T30 => noticeable::REVERBERATION_TIME * value,
-            Self::ClarityC50 | Self::ClarityC80 | Self::UsefulToDetrimental | Self::DirectToReverberant => {
-                noticeable::CLARITY_DB
-            }
-            Self::DefinitionD50 => noticeable::DEFINITION,
-            Self::CenterTime => noticeable::CENTER_TIME,
-            Self::LateralFraction | Self::LateralFractionCosine => noticeable::LATERAL_FRACTION,
-        }
+        let (.., noticeable) = self.description();
+        if self.is_noticed_relatively() { noticeable * value } else { noticeable }
     }
 
     /// Whether [`Self::just_noticeable`] is a part of the value.
@@ -140,25 +135,13 @@ impl Parameter {
     /// Its symbol and unit as the head of a column, and the factor from its own unit to that one.
     #[must_use]
     pub fn heading(self) -> (&'static str, &'static str, f64) {
-        match self {
-            Self::Level => ("L", "dB", 1.0),
-            Self::Strength => ("G", "dB", 1.0),
-            Self::EarlyDecayTime => ("EDT", "s", 1.0),
-            Self::T20 => ("T20", "s", 1.0),
-            Self::T30 => ("T30", "s", 1.0),
-            Self::ClarityC50 => ("C50", "dB", 1.0),
-            Self::ClarityC80 => ("C80", "dB", 1.0),
-            Self::DefinitionD50 => ("D50", "%", 100.0),
-            Self::CenterTime => ("Ts", "ms", 1000.0),
-            Self::LateralFraction => ("LF", "%", 100.0),
-            Self::LateralFractionCosine => ("LFC", "%", 100.0),
-            Self::LateLateralLevel => ("LJ", "dB", 1.0),
-            Self::SupportEarly => ("STearly", "dB", 1.0),
-            Self::SupportLate => ("STlate", "dB", 1.0),
-            Self::UsefulToDetrimental => ("U50", "dB", 1.0),
-            Self::SignalToNoise => ("SNR", "dB", 1.0),
-            Self::DirectToReverberant => ("DRR", "dB", 1.0),
-        }
+        let (_, symbol, unit, _) = self.description();
+        let factor = match unit {
+            "%" => 100.0,
+            "ms" => 1000.0,
+            _ => 1.0,
+        };
+        (symbol, unit, factor)
     }
 }
 
@@ -176,7 +159,8 @@ pub struct LevelScale {
 pub struct Values {
     /// In the order of [`Parameter::ALL`].
     pub values: [Result<f64, Unsupported>; PARAMETER_COUNT],
-    lines: [Option<(DecayRange, DecayLine)>; 3],
+    /// EDT, T20 and T30.
+    lines: [Option<DecayLine>; 3],
     /// The decay curve, for what else is read off it.
     pub curve: Result<DecayCurve, Unsupported>,
 }
@@ -199,57 +183,45 @@ impl Values {
             let scale = scale.ok_or(Unsupported::NotCalibrated)?;
             if total > 0.0 { Ok(read(scale)) } else { Err(nothing()) }
         };
+        let lines = [DecayRange::EARLY, DecayRange::T20, DecayRange::T30]
+            .map(|range| regression::fit(curve.as_ref().map_err(Clone::clone)?, range));
+        let [early, t20, t30] = lines.each_ref().map(|line| line.clone().map(|line| line.time));
         let on_curve = |read: &dyn Fn(&DecayCurve) -> Result<f64, Unsupported>| {
-            curve.as_ref().map_err(Clone::clone).and_then(read)
+            read(curve.as_ref().map_err(Clone::clone)?)
         };
-        let line =
-            |range| curve.as_ref().map_err(Clone::clone).and_then(|curve| regression::fit(curve, range));
-        let ranges = [DecayRange::EARLY, DecayRange::T20, DecayRange::T30];
-        let [early, t20, t30] = ranges.map(line);
-        let lines = [0, 1, 2].map(|i| {
-            let line = [&early, &t20, &t30][i].as_ref().ok()?;
-            Some((ranges[i], *line))
-        });
-        let time = |line: &Result<DecayLine, Unsupported>| line.clone().map(|line| line.time);
-        let values = Parameter::ALL.map(|parameter| match parameter {
-            Parameter::Level => {
-                level(&|scale| level_db(total, scale.source_power_level_db, scale.characteristic_impedance))
-            }
-            Parameter::Strength => level(&|_| strength_db(total)),
-            Parameter::EarlyDecayTime => time(&early),
-            Parameter::T20 => time(&t20),
-            Parameter::T30 => time(&t30),
-            Parameter::ClarityC50 => on_curve(&|curve| clarity(curve, 0.050)),
-            Parameter::ClarityC80 => on_curve(&|curve| clarity(curve, 0.080)),
-            Parameter::DefinitionD50 => on_curve(&|curve| Ok(1.0 - late(curve, 0.050)? / curve.total())),
-            Parameter::CenterTime => on_curve(&center_time),
-            // Read from several echograms, or at some receivers only.
-            Parameter::LateralFraction | Parameter::LateralFractionCosine | Parameter::LateLateralLevel => {
-                Err(Unsupported::NoDirections)
-            }
-            Parameter::SupportEarly | Parameter::SupportLate => Err(Unsupported::NotOnStage),
-            Parameter::UsefulToDetrimental | Parameter::SignalToNoise | Parameter::DirectToReverberant => {
-                Err(Unsupported::NoNoise)
-            }
-        });
-        Self { values, lines, curve }
+        let values = [
+            level(&|scale| level_db(total, scale.source_power_level_db, scale.characteristic_impedance)),
+            level(&|_| strength_db(total)),
+            early,
+            t20,
+            t30,
+            on_curve(&|curve| clarity(curve, 0.050)),
+            on_curve(&|curve| clarity(curve, 0.080)),
+            on_curve(&|curve| Ok(1.0 - late(curve, 0.050)? / curve.total())),
+            on_curve(&center_time),
+        ];
+        Self { values, lines: lines.map(Result::ok), curve }
+    }
+
+    /// The decay curve.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn curve(&self) -> Result<&DecayCurve, Unsupported> {
+        self.curve.as_ref().map_err(Clone::clone)
     }
 
     /// Reading of a reverberation time; none for other parameters.
     #[must_use]
     pub fn quality(&self, parameter: Parameter) -> Option<DecayQuality> {
+        let times = [Parameter::EarlyDecayTime, Parameter::T20, Parameter::T30];
+        let index = times.iter().position(|time| *time == parameter)?;
         let [_, t20, t30] = self.lines;
-        let index = match parameter {
-            Parameter::EarlyDecayTime => 0,
-            Parameter::T20 => 1,
-            Parameter::T30 => 2,
-            _ => return None,
-        };
-        let (range, line) = self.lines[index]?;
-        let curvature = t20.zip(t30).map(|((_, t20), (_, t30))| 100.0 * (t30.time / t20.time - 1.0));
+        let DecayLine { range, non_linearity_permille, .. } = self.lines[index]?;
+        let curvature = t20.zip(t30).map(|(t20, t30)| 100.0 * (t30.time / t20.time - 1.0));
         Some(DecayQuality {
             range_db: [range.from_db, range.to_db],
-            non_linearity_permille: line.non_linearity_permille,
+            non_linearity_permille,
             curvature_percent: curvature.filter(|_| index > 0),
         })
     }

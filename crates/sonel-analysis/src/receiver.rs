@@ -13,14 +13,14 @@ use sonel_echogram::{ArrivalKind, Response};
 use crate::batches::{self, Parts};
 use crate::decay::Echogram;
 use crate::derived::derived;
-use crate::echo;
+use crate::echo::{self, ECHO_CRITERIA};
 use crate::estimate::{Estimate, NoInterval, ParameterValue, Unsupported};
 use crate::listed;
 use crate::missing::{self, Bounds};
 use crate::modulation::{self, Borders, SPEECH_OCTAVES, Talk};
 use crate::octave;
 use crate::parameter::{LevelScale, Parameter, Values};
-use crate::window::{WINDOW_COUNT, WINDOWS, Window};
+use crate::window::{WINDOW_COUNT, WINDOWS};
 use crate::{lateral, skewness, support};
 
 /// Figures of one source at one receiver.
@@ -125,21 +125,33 @@ impl ReceiverParameters {
     /// A parameter in the band of this nominal centre [Hz]; none without such a band.
     #[must_use]
     pub fn in_band(&self, hz: f64, parameter: Parameter) -> Option<ParameterValue> {
-        let band = self.bands.iter().find(|band| band.center_frequency_hz.total_cmp(&hz).is_eq())?;
-        Some(band.parameter(parameter).clone())
+        Some(self.band(hz)?.parameter(parameter).clone())
+    }
+
+    /// The band of this nominal centre [Hz].
+    pub(crate) fn band(&self, hz: f64) -> Option<&BandParameters> {
+        self.bands.iter().find(|band| band.center_frequency_hz.total_cmp(&hz).is_eq())
+    }
+
+    /// What is of several bands: key, value and just-noticeable difference.
+    pub(crate) fn over_bands(&self) -> Vec<(&'static str, &ParameterValue, Option<f64>)> {
+        let (speech, level) = (Some(noticeable::SPEECH_TRANSMISSION_INDEX), Some(noticeable::LEVEL_DB));
+        let mut values = vec![
+            ("speech_transmission_index", &self.speech_transmission_index, speech),
+            ("a_weighted_level_db", &self.a_weighted_level_db, level),
+        ];
+        values.extend(ECHO_CRITERIA.iter().zip(&self.echo).map(|(echo, value)| (echo.key, value, None)));
+        if let Some(in_noise) = &self.in_noise {
+            values.push(("speech_level_db", &in_noise.level_db, level));
+            values.push(("signal_to_noise_db", &in_noise.signal_to_noise_db, level));
+        }
+        values
     }
 
     /// Every value that has changes by materials.
     pub(crate) fn values(&self) -> Vec<&ParameterValue> {
-        let Self { speech_transmission_index, a_weighted_level_db, echo, in_noise, bands, .. } = self;
-        let noise = in_noise.iter().flat_map(|speech| [&speech.level_db, &speech.signal_to_noise_db]);
-        let bands = bands.iter().flat_map(|band| band.parameters.iter().map(|(_, value)| value));
-        [speech_transmission_index, a_weighted_level_db]
-            .into_iter()
-            .chain(echo)
-            .chain(noise)
-            .chain(bands)
-            .collect()
+        let bands = self.bands.iter().flat_map(|band| band.parameters.iter().map(|(_, value)| value));
+        self.over_bands().into_iter().map(|(_, value, _)| value).chain(bands).collect()
     }
 
     /// The values of [`Self::values`], in its order, each with the index of its band; none of several bands.
@@ -174,6 +186,14 @@ impl ReceiverParameters {
     }
 }
 
+/// What all `receivers` have parameters of.
+pub(crate) fn shared<'a>(receivers: impl IntoIterator<Item = &'a ReceiverParameters>) -> Vec<Parameter> {
+    let mut all = receivers.into_iter().map(ReceiverParameters::listed);
+    let mut shared = all.next().unwrap_or_default();
+    all.for_each(|listed| shared.retain(|parameter| listed.contains(parameter)));
+    shared
+}
+
 /// All parameters of `response`: source by source, receiver by receiver.
 #[must_use]
 pub fn parameters(response: &Response) -> Vec<ReceiverParameters> {
@@ -204,12 +224,6 @@ struct Reading {
     parts: Result<Parts, NoInterval>,
     /// With what may follow the record; none where nothing is known of it.
     bounds: Option<Bounds>,
-}
-
-impl Reading {
-    fn parts(&self) -> Result<&Parts, &NoInterval> {
-        self.parts.as_ref()
-    }
 }
 
 fn at_receiver(
@@ -263,7 +277,8 @@ fn at_receiver(
             BandParameters {
                 center_frequency_hz,
                 parameters,
-                windows: WINDOWS.map(|window| window_parameter(&band.all, window)),
+                windows: WINDOWS
+                    .map(|window| parameter_of(&[&band.all], |values| window.strength(values[0].curve()?))),
             }
         })
         .collect();
@@ -273,7 +288,7 @@ fn at_receiver(
         source_position,
         name: response.receiver_names[r].clone(),
         position,
-        speech_transmission_index: speech(response, s, &bands, talk),
+        speech_transmission_index: speech(&response.center_frequency_hz, &bands, talk.zip(more)),
         a_weighted_level_db: derived(
             |levels| noise::a_weighted_db(&response.center_frequency_hz, levels),
             levels,
@@ -290,10 +305,9 @@ const BELOW_DECAY_DB: f64 = 10.0;
 /// Why a measurement whose decay meets its noise at a level [dB] has no value of `parameter`.
 fn refusal(parameter: Parameter, reached_db: f64) -> Option<Unsupported> {
     let needed_db = match parameter {
-        Parameter::EarlyDecayTime => -10.0,
         Parameter::T20 => -25.0,
         Parameter::T30 => -35.0,
-        // Ratios of energies are off by less than a just-noticeable difference.
+        // EDT; ratios of energies are off by less than a just-noticeable difference.
         _ => -10.0,
     } - BELOW_DECAY_DB;
     (reached_db > needed_db).then_some(Unsupported::NoiseReached { reached_db, needed_db })
@@ -332,7 +346,7 @@ fn direct_energy(response: &Response, s: usize, r: usize, b: usize) -> f64 {
 
 /// 10 lg of direct over other energy [dB].
 fn direct_ratio(values: &Values, direct: f64) -> Result<f64, Unsupported> {
-    let total = values.curve.as_ref().map_err(Clone::clone)?.total();
+    let total = values.curve()?.total();
     if direct <= 0.0 || direct >= total {
         return Err(Unsupported::NoDirectSound);
     }
@@ -361,7 +375,10 @@ fn read(response: &Response, listed: &listed::Index, s: usize, r: usize, b: usiz
 fn band_parameters(band: &Band, on_stage: bool) -> Vec<(Parameter, ParameterValue)> {
     let mut parameters: Vec<(Parameter, ParameterValue)> = Parameter::ALL
         .into_iter()
-        .map(|parameter| (parameter, band_parameter(&band.all, parameter)))
+        .map(|parameter| {
+            let read = |values: &[&Values]| values[0].values[parameter as usize].clone();
+            (parameter, checked(&[&band.all], parameter, read))
+        })
         .collect();
     if let Some([squares, cosines]) = &band.lateral {
         let fraction = |values: &[&Values]| lateral::early_fraction(values[0], values[1]);
@@ -379,32 +396,29 @@ fn band_parameters(band: &Band, on_stage: bool) -> Vec<(Parameter, ParameterValu
     parameters
 }
 
-fn band_parameter(band: &Reading, parameter: Parameter) -> ParameterValue {
-    let read = |values: &[&Values]| values[0].values[parameter as usize].clone();
-    let estimate = parameter_of(&[band], read)?;
-    let is_late = matches!(parameter, Parameter::T20 | Parameter::T30);
-    let estimate = if is_late { skewness::followed(estimate) } else { estimate };
-    let straight = estimate.if_straight(band.fine.quality(parameter))?;
-    refused_or_widened(straight, &[band], parameter, read)
-}
-
-/// What `read` finds in the fine bins of `readings`, with its interval, unless noise or the end of the run decide it.
+/// What `read` finds in the fine bins of `readings`, with its interval, unless noise, the shape of the decay or the end of the run decide it.
 fn checked(
     readings: &[&Reading],
     parameter: Parameter,
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
 ) -> ParameterValue {
-    refused_or_widened(parameter_of(readings, &read)?, readings, parameter, read)
+    let estimate = parameter_of(readings, &read)?;
+    let is_late = matches!(parameter, Parameter::T20 | Parameter::T30);
+    let estimate = if is_late { skewness::followed(estimate) } else { estimate };
+    let straight = estimate.if_straight(readings[0].fine.quality(parameter))?;
+    let just_noticeable = parameter.just_noticeable(straight.value);
+    let straight = Estimate { is_time: parameter.is_time(), ..straight };
+    refused_or_widened(straight, readings, just_noticeable, read)
 }
 
+/// The estimate, unless noise or the end of the run decide it.
 fn refused_or_widened(
     estimate: Estimate,
     readings: &[&Reading],
-    parameter: Parameter,
+    just_noticeable: f64,
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
 ) -> ParameterValue {
-    let just_noticeable = parameter.just_noticeable(estimate.value);
-    let estimate = Estimate { is_time: parameter.is_time(), ..estimate }.unless_noisy(just_noticeable)?;
+    let estimate = estimate.unless_noisy(just_noticeable)?;
     let bounds: Option<Vec<&Bounds>> = readings.iter().map(|reading| reading.bounds.as_ref()).collect();
     match bounds {
         Some(bounds) => missing::widened(estimate, &bounds, just_noticeable, read),
@@ -412,37 +426,23 @@ fn refused_or_widened(
     }
 }
 
-fn window_parameter(band: &Reading, window: Window) -> ParameterValue {
-    parameter_of(&[band], |values| {
-        values[0].curve.as_ref().map_err(Clone::clone).and_then(|curve| window.strength(curve))
-    })
-}
-
 /// Estimate by `read`: its value from the fine bins, its interval from the batches.
 fn parameter_of(
     readings: &[&Reading],
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
 ) -> ParameterValue {
-    let parts: Result<Vec<&Parts>, &NoInterval> = readings.iter().map(|reading| reading.parts()).collect();
+    let parts: Result<Vec<&Parts>, &NoInterval> =
+        readings.iter().map(|reading| reading.parts.as_ref()).collect();
     let fine: Vec<&Values> = readings.iter().map(|reading| &reading.fine).collect();
     batches::estimate(read(&fine), parts.as_deref().map_err(|reason| *reason), read)
 }
 
-fn speech(response: &Response, s: usize, bands: &[Band], talk: Option<&Talk>) -> ParameterValue {
-    let (frequencies, count) = (&response.center_frequency_hz, response.bands());
-    let power = &response.source_power_level_db[s * count..(s + 1) * count];
-    let more = talk.map(|talk| talk.more_than(frequencies, power));
+fn speech(frequencies: &[f64], bands: &[Band], talk: Option<(&Talk, [f64; 7])>) -> ParameterValue {
     let borders = RefCell::new(Borders::default());
-    let speech_index = |values: &[&Values]| speech_index(values, &mut borders.borrow_mut(), talk.zip(more));
+    let speech_index = |values: &[&Values]| speech_index(values, &mut borders.borrow_mut(), talk);
     let bands = speech_bands(frequencies, bands)?;
-    let estimate = parameter_of(&bands, speech_index)?.unless_noisy(noticeable::SPEECH_TRANSMISSION_INDEX)?;
-    let bounds: Option<Vec<&Bounds>> = bands.iter().map(|band| band.bounds.as_ref()).collect();
-    match bounds {
-        Some(bounds) => {
-            missing::widened(estimate, &bounds, noticeable::SPEECH_TRANSMISSION_INDEX, speech_index)
-        }
-        None => Ok(estimate),
-    }
+    let estimate = parameter_of(&bands, speech_index)?;
+    refused_or_widened(estimate, &bands, noticeable::SPEECH_TRANSMISSION_INDEX, speech_index)
 }
 
 fn speech_bands<'a>(frequencies: &[f64], bands: &'a [Band]) -> Result<Vec<&'a Reading>, Unsupported> {
@@ -455,13 +455,11 @@ fn speech_bands<'a>(frequencies: &[f64], bands: &'a [Band]) -> Result<Vec<&'a Re
 
 /// Bands of every octave of speech among bands of these `frequencies` [Hz]: one each, or three.
 fn speech_octaves(frequencies: &[f64]) -> Result<Vec<Vec<usize>>, Unsupported> {
-    let found = SPEECH_OCTAVES.map(|octave| octave::bands_of(octave, frequencies));
-    let missing = SPEECH_OCTAVES.iter().zip(&found).filter(|(_, bands)| bands.is_none());
-    let missing: Vec<String> = missing.map(|(octave, _)| format!("{octave} Hz")).collect();
-    if !missing.is_empty() {
-        return Err(Unsupported::BandsMissing { missing: missing.join(", ") });
+    let bands = |octave: f64| octave::bands_of(octave, frequencies);
+    match octave::missing(&SPEECH_OCTAVES, |octave| bands(octave).is_some()) {
+        Some(missing) => Err(Unsupported::BandsMissing { missing }),
+        None => Ok(SPEECH_OCTAVES.into_iter().filter_map(bands).collect()),
     }
-    Ok(found.into_iter().flatten().collect())
 }
 
 /// The index of the room, or of a talk that is so many decibels louder than the source in every octave.

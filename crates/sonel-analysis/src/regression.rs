@@ -33,6 +33,8 @@ impl DecayRange {
 /// A line through the decay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DecayLine {
+    /// Part of the decay that it fits.
+    pub range: DecayRange,
     /// Time of a decay by 60 dB at its slope [s].
     pub time: f64,
     /// Non-linearity ξ = 1000 (1 − r²) [‰].
@@ -52,7 +54,7 @@ pub fn fit(curve: &DecayCurve, range: DecayRange) -> Result<DecayLine, Unsupport
         let [start, end] = [pair[0], pair[1]].map(|(time, level)| (time - middle, level - level_middle));
         sums.add(start, end);
     }
-    Ok(sums.line())
+    Ok(sums.line(range))
 }
 
 /// The part of the curve inside the range, its ends included: (time [s], level [dB]).
@@ -136,12 +138,13 @@ impl Moments {
         self.time_level += width * (2.0 * t1 * l1 + t1 * l2 + t2 * l1 + 2.0 * t2 * l2) / 6.0;
     }
 
-    fn line(&self) -> DecayLine {
+    fn line(&self, range: DecayRange) -> DecayLine {
         let time_variance = self.time_time - self.time * self.time / self.span;
         let level_variance = self.level_level - self.level * self.level / self.span;
         let covariance = self.time_level - self.time * self.level / self.span;
         let unexplained = 1.0 - covariance * covariance / (time_variance * level_variance);
         DecayLine {
+            range,
             time: -60.0 * time_variance / covariance,
             // Rounding may put a perfect line a little above r² = 1.
             non_linearity_permille: 1000.0 * unexplained.max(0.0),

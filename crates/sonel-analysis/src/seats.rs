@@ -6,7 +6,7 @@
 use crate::average::{average, single_number};
 use crate::estimate::ParameterValue;
 use crate::parameter::Parameter;
-use crate::receiver::ReceiverParameters;
+use crate::receiver::{ReceiverParameters, shared};
 
 /// A parameter over several receivers.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,8 +51,7 @@ pub struct SpreadRow {
 #[must_use]
 pub fn rows(group: &[ReceiverParameters]) -> Vec<SpreadRow> {
     let Some(first) = group.first() else { return Vec::new() };
-    let mut shared = first.listed();
-    shared.retain(|parameter| group.iter().all(|receiver| receiver.listed().contains(parameter)));
+    let shared = shared(group);
     let row = |center_frequency_hz, of: &dyn Fn(&ReceiverParameters, Parameter) -> ParameterValue| {
         let spreads = shared.iter().map(|&parameter| {
             let values: Vec<ParameterValue> = group.iter().map(|receiver| of(receiver, parameter)).collect();

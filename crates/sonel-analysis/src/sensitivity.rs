@@ -2,7 +2,6 @@
 
 use std::io::Write;
 
-use comfy_table::{CellAlignment, Table, presets};
 use serde_json::{Value, json};
 use sonel_acoustics::Coefficient;
 
@@ -11,6 +10,7 @@ use crate::estimate::ParameterValue;
 use crate::jackknife;
 use crate::parameter::Parameter;
 use crate::receiver::ReceiverParameters;
+use crate::report::aligned;
 
 /// Increase of a coefficient whose effect tables show [1].
 const CHANGE: f64 = 0.1;
@@ -101,12 +101,10 @@ pub fn tables(found: &[Sensitivity], wanted: &[Parameter], centers: &[f64]) -> S
     let mut text = String::new();
     for &parameter in wanted {
         let (symbol, unit, factor) = parameter.heading();
-        let mut table = Table::new();
-        table.load_preset(presets::NOTHING);
         let frequencies = centers.iter().map(|center| format!("{center} Hz"));
-        let head = ["material", "coefficient", "mean [JND]"].map(str::to_owned);
-        table.set_header(head.into_iter().chain(frequencies));
-        for (material, coefficient, noticed) in ranking(found, parameter) {
+        let head =
+            ["material", "coefficient", "mean [JND]"].map(str::to_owned).into_iter().chain(frequencies);
+        let row = |(material, coefficient, noticed): (String, Coefficient, f64)| {
             let own = |one: &&Sensitivity| {
                 one.parameter == parameter && one.material == material && one.coefficient == coefficient
             };
@@ -114,13 +112,11 @@ pub fn tables(found: &[Sensitivity], wanted: &[Parameter], centers: &[f64]) -> S
             let cells = (0..centers.len())
                 .map(|band| cell(own.iter().filter_map(|one| one.slopes[band]), CHANGE * factor));
             let first = [material.clone(), coefficient.to_string(), format!("{noticed:.2}")];
-            table.add_row(first.into_iter().chain(cells));
-        }
-        for column in table.column_iter_mut().skip(2) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-        let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
-        text += &format!("change of {symbol} [{unit}] for {CHANGE} more\n{}\n\n", lines.join("\n"));
+            first.into_iter().chain(cells).collect()
+        };
+        let rows = ranking(found, parameter).into_iter().map(row).collect();
+        let table = aligned(head.collect(), rows, 2);
+        text += &format!("change of {symbol} [{unit}] for {CHANGE} more\n{table}\n\n");
     }
     text + "means over the receivers; ±: half-width of the 95 % interval; JND: just-noticeable difference; –: no derivative (no packet depends on the coefficient)\n"
 }
@@ -135,23 +131,17 @@ fn cell(slopes: impl Iterator<Item = Slope>, factor: f64) -> String {
     format!("{:+.3} ±{:.3}", mean(&|slope| slope.slope), mean(&|slope| slope.half_width))
 }
 
+/// Columns of [`csv`].
+const HEADER: &str =
+    "source,receiver,material,coefficient,parameter,center_frequency_hz,value,slope,ci95_half_width";
+
 /// Writes a row for every derivative, without numbers where packets cannot tell.
 ///
 /// # Errors
 /// When `out` cannot be written.
 pub fn csv(found: &[Sensitivity], centers: &[f64], out: impl Write) -> std::io::Result<()> {
     let mut writer = ::csv::Writer::from_writer(out);
-    writer.write_record([
-        "source",
-        "receiver",
-        "material",
-        "coefficient",
-        "parameter",
-        "center_frequency_hz",
-        "value",
-        "slope",
-        "ci95_half_width",
-    ])?;
+    writer.write_record(HEADER.split(','))?;
     for one in found {
         for (center, slope) in centers.iter().zip(&one.slopes) {
             let numbers = slope.map_or([const { String::new() }; 3], |slope| {

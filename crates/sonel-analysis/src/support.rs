@@ -4,7 +4,6 @@
 //!
 //! References: [ISO3382-1] annex C (docs/references.md).
 
-use crate::decay::DecayCurve;
 use crate::estimate::Unsupported;
 use crate::parameter::{Values, late};
 
@@ -26,7 +25,7 @@ pub fn is_defined(distance: f64) -> bool {
 /// # Errors
 /// When there is no curve, the record ends before `end`, or there is nothing in one of the windows.
 pub fn support_db(values: &Values, [begin, end]: [f64; 2]) -> Result<f64, Unsupported> {
-    let curve: &DecayCurve = values.curve.as_ref().map_err(Clone::clone)?;
+    let curve = values.curve()?;
     let direct = curve.total() - late(curve, DIRECT_END)?;
     let returned = late(curve, begin)? - late(curve, end)?;
     if direct <= 0.0 {

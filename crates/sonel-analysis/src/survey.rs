@@ -47,11 +47,11 @@ pub struct Survey {
 /// Walks every path of `map`, whose paths must be sound ([`SonelMap::check_paths`]); `geometry` is that of its scene.
 #[must_use]
 pub fn survey(map: &SonelMap, geometry: &Geometry) -> Survey {
-    let walk = Walk { reading: Reading::new(map, geometry) };
+    let reading = Reading::new(map, geometry);
     let chunks: Vec<(u32, u64)> = map.chunks().collect();
-    let mut total = walk.nothing();
+    let mut total = reading.nothing();
     for group in chunks.chunks(GROUP_CHUNKS) {
-        let parts: Vec<Survey> = group.par_iter().map(|&chunk| walk.chunk(chunk)).collect();
+        let parts: Vec<Survey> = group.par_iter().map(|&chunk| reading.survey(chunk)).collect();
         parts.iter().for_each(|part| total.add(part));
     }
     total
@@ -87,33 +87,27 @@ pub fn differences(stored: &Ledger, found: &Ledger, center_frequencies_hz: &[f64
     sentences
 }
 
-struct Walk<'a> {
-    reading: Reading<'a>,
-}
-
-impl Walk<'_> {
+impl Reading<'_> {
     fn nothing(&self) -> Survey {
-        let bands = self.reading.bands;
         Survey {
-            ledger: Ledger::new(bands),
-            surfaces: vec![Deposit::none(bands); self.reading.table.surface_count()],
+            ledger: Ledger::new(self.bands),
+            surfaces: vec![Deposit::none(self.bands); self.table.surface_count()],
             orders: Vec::new(),
         }
     }
 
-    fn chunk(&self, chunk: (u32, u64)) -> Survey {
+    fn survey(&self, chunk: (u32, u64)) -> Survey {
         let mut found = self.nothing();
-        let bands = self.reading.bands;
-        let mut ledger = ChunkLedger::new(bands);
-        let mut weight = PathWeight::of(&self.reading.table);
-        for path in self.reading.map.chunk_paths(chunk) {
-            self.path(chunk.0, path, &mut weight, &mut ledger, &mut found);
+        let mut ledger = ChunkLedger::new(self.bands);
+        let mut weight = PathWeight::of(&self.table);
+        for path in self.map.chunk_paths(chunk) {
+            self.survey_path(chunk.0, path, &mut weight, &mut ledger, &mut found);
         }
-        found.ledger = ledger.finish(&BandClasses::separate(bands));
+        found.ledger = ledger.finish(&BandClasses::separate(self.bands));
         found
     }
 
-    fn path(
+    fn survey_path(
         &self,
         source: u32,
         path: PathView<'_>,
@@ -121,7 +115,7 @@ impl Walk<'_> {
         ledger: &mut ChunkLedger,
         found: &mut Survey,
     ) {
-        let Reading { emissions, table, bands, .. } = &self.reading;
+        let Reading { emissions, table, bands, .. } = self;
         let share = emissions.share(path.emission);
         emissions.emit(source, path.emission, share, weight);
         ledger.emitted(share, &emissions.start(path.emission).expected, weight.energy());
@@ -153,22 +147,16 @@ impl Deposit {
 
     fn add(&mut self, incident: &[Lanes], dissipated: &[Lanes]) {
         self.hits += 1;
-        for (band, sum) in self.incident.iter_mut().enumerate() {
-            *sum += incident.band(band);
-        }
-        for (band, sum) in self.absorbed.iter_mut().enumerate() {
-            *sum += incident.band(band) * dissipated.band(band);
+        for (band, (arrived, absorbed)) in self.incident.iter_mut().zip(&mut self.absorbed).enumerate() {
+            *arrived += incident.band(band);
+            *absorbed += incident.band(band) * dissipated.band(band);
         }
     }
 
     fn join(&mut self, other: &Self) {
         self.hits += other.hits;
-        for (mine, theirs) in self.incident.iter_mut().zip(&other.incident) {
-            *mine += theirs;
-        }
-        for (mine, theirs) in self.absorbed.iter_mut().zip(&other.absorbed) {
-            *mine += theirs;
-        }
+        let sums = self.incident.iter_mut().chain(&mut self.absorbed);
+        sums.zip(other.incident.iter().chain(&other.absorbed)).for_each(|(mine, theirs)| *mine += theirs);
     }
 }
 

@@ -30,16 +30,6 @@ pub struct Tail {
     pub energy: f64,
     /// Decay rate of the energy [1/s].
     pub rate: f64,
-    /// When it begins: the end of the record [s].
-    pub begin: f64,
-}
-
-impl Tail {
-    /// Mean delay of its energy behind its begin [s].
-    #[must_use]
-    pub fn mean_delay(&self) -> f64 {
-        1.0 / self.rate
-    }
 }
 
 /// Fits the tail to bins with borders `times` [s] and `energy` between them, at least one bin and some energy.
@@ -57,7 +47,7 @@ pub fn fit(times: &[f64], energy: &[f64]) -> Result<Tail, Unsupported> {
         let first = times.partition_point(|&edge| edge < wanted).min(energy.len() - 1);
         let first = if step == WINDOW_STEPS { 0 } else { first };
         let window = Window::group(&times[first..], &energy[first..]);
-        let tail = window.rate().map(|rate| Tail { energy: window.energy_behind(rate), rate, begin: end });
+        let tail = window.rate().map(|rate| Tail { energy: window.energy_behind(rate), rate });
         let spanning = tail.filter(|tail| tail.rate * window.width() >= WINDOW_NEPERS);
         if let (Some(tail), Some(_)) = (shorter, spanning) {
             return Ok(tail);

@@ -18,7 +18,7 @@ use thiserror::Error;
 pub use certainty::Identifiability;
 
 use crate::local::{Datum, Local, Unknown};
-use crate::sensitivity::{Varied, VariedMap};
+use crate::sensitivity::{Varied, VariedMap, value, values};
 use sonel_study::pipeline::{self, MapStore, NoClock, PipelineError};
 
 /// Most renderings. Chosen, not measured; doubled, fits that do not converge take twice as long.
@@ -283,14 +283,6 @@ struct Look {
     computed: Vec<Result<f64, String>>,
 }
 
-/// The entry of `material` for a coefficient.
-pub(crate) fn values(material: &mut Material, coefficient: Coefficient) -> &mut Vec<f64> {
-    match coefficient {
-        Coefficient::Scattering => &mut material.scattering,
-        _ => &mut material.absorption,
-    }
-}
-
 impl Search<'_> {
     fn place(&self, measurement: &Measurement) -> usize {
         measurement.source * self.receivers + measurement.receiver
@@ -331,9 +323,7 @@ impl Search<'_> {
     fn unknowns(&self, varied: &Varied, current: &[Material], band: usize) -> Band {
         let mut found = Band::default();
         for variant in varied.variants.iter().filter(|variant| variant.steps[band].abs() > 0.0) {
-            let of = |materials: &[Material]| {
-                values(&mut materials[variant.material].clone(), variant.coefficient)[band]
-            };
+            let of = |materials: &[Material]| value(&materials[variant.material], variant.coefficient, band);
             let low = match variant.coefficient {
                 Coefficient::Absorption => current[variant.material].transmission[band],
                 _ => 0.0,
@@ -402,6 +392,10 @@ impl Search<'_> {
             return Err(FitError::NothingToFit);
         }
         coefficients.sort_by_key(|one: &Fitted| (one.material, one.coefficient as u8, one.band));
+        let mut materials = self.start.to_vec();
+        for one in &coefficients {
+            values(&mut materials[one.material], one.coefficient)[one.band] = one.value;
+        }
         let deviation = |(index, &(after, sigma)): (usize, &(Option<f64>, f64))| Deviation {
             measurement: self.measurements[index],
             before: first.computed[index].as_ref().ok().copied(),
@@ -410,21 +404,12 @@ impl Search<'_> {
         };
         Ok(Fit {
             deviations: computed.iter().enumerate().map(deviation).collect(),
-            materials: self.rounded(&coefficients),
+            materials,
             asked: self.settings.coefficients.clone(),
             coefficients,
             rounds,
             is_settled,
         })
-    }
-
-    /// Materials with the fitted coefficients.
-    fn rounded(&self, coefficients: &[Fitted]) -> Vec<Material> {
-        let mut materials = self.start.to_vec();
-        for one in coefficients {
-            values(&mut materials[one.material], one.coefficient)[one.band] = one.value;
-        }
-        materials
     }
 
     fn certain(&self, index: usize, band: &Band, y: &[f64]) -> Vec<Fitted> {
@@ -438,7 +423,7 @@ impl Search<'_> {
                 material,
                 coefficient: unknown.coefficient,
                 band: index,
-                start: values(&mut self.start[material].clone(), unknown.coefficient)[index],
+                start: value(&self.start[material], unknown.coefficient, index),
                 value: at(y[column]),
                 interval: [-1.0, 1.0].map(|side| at(y[column] + side * certainty.half_width)),
                 identifiability: certainty.identifiability(&band.materials, &band.local.unknowns),
@@ -507,7 +492,7 @@ mod tests {
     use sonel_acoustics::Bands;
     use sonel_map::Settings;
     use sonel_scene::Scene;
-    use sonel_study::pipeline::{InMemory, Room};
+    use sonel_study::pipeline::InMemory;
     use sonel_study::response::receivers_of;
 
     /// From nearly black to live few packets were reflected often enough; from live to a little less so they were.
@@ -519,10 +504,10 @@ mod tests {
                 .with_source("source", [1.5, 1.2, 1.3])
                 .with_receiver("receiver", [4.2, 3.7, 2.1])
                 .with_duration(1.5);
-            let room = Room::new(&scene, Vec::new()).unwrap();
             let settings = Settings { emissions: 10_000, ..Settings::default() };
-            let mut map = room.trace(settings, &mut InMemory, &NoClock).unwrap().map;
-            let (receivers, geometry) = (receivers_of(&scene), room.into_geometry());
+            let (receivers, geometry) = (receivers_of(&scene), scene.geometry().unwrap());
+            let traced = pipeline::trace(&scene, &geometry, Vec::new(), settings, &mut InMemory, &NoClock);
+            let mut map = traced.unwrap().map;
             let given = VariedMap {
                 map: &mut map,
                 geometry: &geometry,

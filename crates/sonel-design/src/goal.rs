@@ -5,7 +5,7 @@ use std::str::FromStr;
 use sonel_analysis::Parameter;
 use thiserror::Error;
 
-use sonel_study::target::{Limit, TargetError, in_unit, parameter};
+use sonel_study::target::{Limit, TargetError, in_unit, number_and_unit, parameter};
 
 /// A value that the mean over receivers shall have.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,11 +45,8 @@ impl FromStr for Goal {
         let values = values.replace("+-", "±");
         let (value, tolerance) = values.split_once('±').ok_or_else(form)?;
         let read = |text: &str| {
-            let text = text.trim();
-            let number = text.trim_end_matches(|c: char| c.is_alphabetic() || c == '%');
-            let unit = text[number.len()..].to_lowercase();
-            let number = number.trim().parse().ok().filter(|number: &f64| number.is_finite());
-            number.and_then(|number| in_unit(parameter, number, &unit))
+            let (number, unit) = number_and_unit(text);
+            in_unit(parameter, number?, unit)
         };
         let Some(Limit::Absolute(value)) = read(value) else { return Err(form()) };
         let tolerance = match read(tolerance).ok_or_else(form)? {

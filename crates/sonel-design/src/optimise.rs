@@ -12,10 +12,10 @@ use sonel_geometry::Geometry;
 use sonel_map::Settings;
 use thiserror::Error;
 
-use crate::fit::{Stage, Workbench, values};
+use crate::fit::{Stage, Workbench};
 use crate::goal::Goal;
 use crate::local::{Datum, Local, Unknown};
-use crate::sensitivity::{Varied, VariedMap};
+use crate::sensitivity::{Varied, VariedMap, value};
 use sonel_study::pipeline::{self, MapStore, NoClock, PipelineError};
 
 /// Most combinations, of which each is predicted; four digits of alternatives fit. Chosen, not measured; doubled, twice the time and memory.
@@ -311,7 +311,7 @@ impl<'a> Model<'a> {
 
     fn unknowns(&self, band: usize) -> Vec<Unknown> {
         let unknown = |&(material, coefficient): &(usize, Coefficient)| {
-            let at = values(&mut self.start[material].clone(), coefficient)[band];
+            let at = value(&self.start[material], coefficient, band);
             Unknown { coefficient, at, bounds: [0.0, 1.0], believed: at, sigma: FREE }
         };
         self.unknowns.iter().map(unknown).collect()
@@ -360,11 +360,11 @@ impl<'a> Model<'a> {
         offsets: &[f64],
     ) -> Local {
         let (unknowns, here) = (self.unknowns(band), self.coefficients(materials, band));
-        let in_band = self.goals.iter().zip(&self.data).zip(offsets).filter(|((goal, _), _)| goal.1 == band);
+        let in_band = self.each(offsets).filter(|(own, ..)| *own == band);
         let column = |material: usize| {
             self.unknowns.iter().position(|one| *one == (material, Coefficient::Absorption))
         };
-        let datum = |(((_, _, goal), datum), offset): ((&(usize, usize, &Goal), &Datum), &f64)| {
+        let datum = |(_, goal, datum, offset): (usize, &Goal, &Datum, f64)| {
             let (value, slopes) = datum.predict(&unknowns, &here);
             let slopes =
                 free.iter().map(|(material, _)| column(*material).map_or(0.0, |column| slopes[column]));
@@ -381,35 +381,36 @@ impl<'a> Model<'a> {
     }
 
     fn coefficients(&self, materials: &[Material], band: usize) -> Vec<f64> {
-        let of = |&(material, coefficient): &(usize, Coefficient)| {
-            values(&mut materials[material].clone(), coefficient)[band]
-        };
+        let of = |&(material, coefficient): &(usize, _)| value(&materials[material], coefficient, band);
         self.unknowns.iter().map(of).collect()
     }
 
     /// Each goal with `materials`, `offsets` added.
     fn predict(&self, materials: &[Material], offsets: &[f64]) -> Vec<f64> {
-        let predict = |(((_, band, _), datum), offset): ((&(usize, usize, &Goal), &Datum), &f64)| {
-            datum.predict(&self.unknowns(*band), &self.coefficients(materials, *band)).0 + offset
+        let predict = |(band, _, datum, offset): (usize, &Goal, &Datum, f64)| {
+            datum.predict(&self.unknowns(band), &self.coefficients(materials, band)).0 + offset
         };
-        self.goals.iter().zip(&self.data).zip(offsets).map(predict).collect()
+        self.each(offsets).map(predict).collect()
     }
 
     /// Whether values as certain as `predicted` may be within all tolerances.
     fn may_fulfil(&self, predicted: &[f64]) -> bool {
         let [tolerances, share] = BELIEVED;
-        let may = |(((_, _, goal), datum), value): ((&(usize, usize, &Goal), &Datum), &f64)| {
+        self.each(predicted).all(|(_, goal, datum, value)| {
             (value - goal.value).abs() <= tolerances * goal.tolerance + share * (value - datum.value).abs()
-        };
-        self.goals.iter().zip(&self.data).zip(predicted).all(may)
+        })
     }
 
     /// Largest deviation in tolerances.
     fn misfit(&self, values: &[f64]) -> f64 {
-        let off = |((_, _, goal), value): (&(usize, usize, &Goal), &f64)| {
-            (value - goal.value).abs() / goal.tolerance
-        };
-        self.goals.iter().zip(values).map(off).fold(0.0, f64::max)
+        let off = self.each(values).map(|(_, goal, _, value)| (value - goal.value).abs() / goal.tolerance);
+        off.fold(0.0, f64::max)
+    }
+
+    /// Band, goal and model of each of `values`.
+    fn each<'b>(&'b self, values: &'b [f64]) -> impl Iterator<Item = (usize, &'b Goal, &'b Datum, f64)> {
+        let all = self.goals.iter().zip(&self.data).zip(values);
+        all.map(|(((_, band, goal), datum), value)| (*band, *goal, datum, *value))
     }
 
     fn proposal(
@@ -419,23 +420,21 @@ impl<'a> Model<'a> {
         predicted: Vec<ParameterValue>,
         tried: (usize, u32),
     ) -> Proposal {
-        let outcome =
-            |(((goal, band, _), datum), predicted): ((&(usize, usize, &Goal), &Datum), ParameterValue)| {
-                Outcome {
-                    goal: *goal,
-                    band: *band,
-                    before: datum.value,
-                    verified: predicted.clone(),
-                    predicted,
-                }
-            };
+        let outcomes = self.goals.iter().zip(&self.data).zip(predicted);
+        let outcomes = outcomes.map(|(((goal, band, _), datum), predicted)| Outcome {
+            goal: *goal,
+            band: *band,
+            before: datum.value,
+            verified: predicted.clone(),
+            predicted,
+        });
         let chosen = combination.choices.iter().enumerate();
         Proposal {
             changes: chosen.filter_map(|(candidate, choice)| Some((candidate, (*choice)?))).collect(),
             area: combination.area,
             cost: combination.cost,
             materials: materials.to_vec(),
-            outcomes: self.goals.iter().zip(&self.data).zip(predicted).map(outcome).collect(),
+            outcomes: outcomes.collect(),
             tried,
             is_fulfilled: false,
         }

@@ -106,19 +106,9 @@ impl VariedMap<'_> {
         variants.retain(|variant| coefficients.contains(&variant.coefficient));
         let changed: Vec<Vec<Material>> =
             variants.iter().map(|variant| variant.applied(&materials)).collect();
-        let parameters = self.read_variants(&changed, progress)?;
-        Ok(Varied { variants, bands, parameters })
-    }
-
-    /// Parameters of the map and, behind its bands, of variants of its materials.
-    fn read_variants(
-        &mut self,
-        variants: &[Vec<Material>],
-        progress: &mut (dyn FnMut(usize, f64) + Send),
-    ) -> Result<Vec<ReceiverParameters>, RenderError> {
         let Self { map, geometry, receivers, render } = self;
-        response::render_variants(map, geometry, receivers, render, variants, progress)
-            .map(|response| parameters(&response))
+        let response = response::render_variants(map, geometry, receivers, render, &changed, progress)?;
+        Ok(Varied { variants, bands, parameters: parameters(&response) })
     }
 }
 
@@ -147,17 +137,27 @@ fn variants(materials: &[Material], geometry: &Geometry) -> Vec<Variant> {
     variants
 }
 
+/// The entry of `material` for a coefficient.
+pub(crate) fn values(material: &mut Material, coefficient: Coefficient) -> &mut Vec<f64> {
+    match coefficient {
+        Coefficient::Scattering => &mut material.scattering,
+        _ => &mut material.absorption,
+    }
+}
+
+/// A coefficient of `material` in a band.
+pub(crate) fn value(material: &Material, coefficient: Coefficient, band: usize) -> f64 {
+    match coefficient {
+        Coefficient::Scattering => material.scattering[band],
+        _ => material.absorption[band],
+    }
+}
+
 impl Variant {
     fn applied(&self, materials: &[Material]) -> Vec<Material> {
         let mut changed = materials.to_vec();
-        let material = &mut changed[self.material];
-        let values = match self.coefficient {
-            Coefficient::Scattering => &mut material.scattering,
-            _ => &mut material.absorption,
-        };
-        for (value, step) in values.iter_mut().zip(&self.steps) {
-            *value += step;
-        }
+        let values = values(&mut changed[self.material], self.coefficient);
+        values.iter_mut().zip(&self.steps).for_each(|(value, step)| *value += step);
         changed
     }
 }

@@ -82,11 +82,7 @@ fn onset(taps: &[f64], transform: &Transform) -> f64 {
         let (sin, cos) = libm::sincos(minimum.im);
         value * Complex::new(cos, -sin) * libm::exp(minimum.re)
     };
-    let mut cross: Spectrum = spectrum.iter().zip(&minimum).map(turned).collect();
-    for end in [0, length / 2] {
-        cross[end].im = 0.0;
-    }
-    let correlation = transform.signal(cross);
+    let correlation = transform.signal(spectrum.iter().zip(&minimum).map(turned).collect());
     // Through a Hann window over frequency, which makes the peak wide enough for a parabola.
     let value = |lag: usize| correlation[lag % length];
     let at = |lag: usize| 0.5 * value(lag + length) + 0.25 * (value(lag + length - 1) + value(lag + 1));

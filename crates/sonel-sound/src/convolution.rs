@@ -2,7 +2,7 @@
 //!
 //! Nothing is normalised: a response δ gives the recording back.
 
-use realfft::RealFftPlanner;
+use crate::transform::Transform;
 
 /// Shortest transform: blocks are then a quarter of a second or longer.
 const SHORTEST: usize = 1 << 14;
@@ -16,30 +16,14 @@ pub fn convolve(signal: &[f32], response: &[f32]) -> Vec<f32> {
     // Twice the response: half of every transform is new signal.
     let length = (2 * response.len()).next_power_of_two().max(SHORTEST);
     let block = length + 1 - response.len();
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
-    let transform = |samples: &[f32]| {
-        let (mut padded, mut spectrum) = (forward.make_input_vec(), forward.make_output_vec());
-        for (padded, sample) in padded.iter_mut().zip(samples) {
-            *padded = f64::from(*sample);
-        }
-        forward.process(&mut padded, &mut spectrum).expect("buffers are the plan's own");
-        spectrum
-    };
-    let filter = transform(response);
+    let transform = Transform::new(length);
+    let filter = transform.padded(response);
     let mut sum = vec![0.0; signal.len() + response.len() - 1];
     for (index, samples) in signal.chunks(block).enumerate() {
-        let mut spectrum = transform(samples);
-        for (value, factor) in spectrum.iter_mut().zip(&filter) {
-            *value *= factor / length as f64;
-        }
-        let mut convolved = backward.make_output_vec();
-        backward
-            .process(&mut spectrum, &mut convolved)
-            .expect("the ends of a real signal's spectrum are real");
-        for (sum, value) in sum[index * block..].iter_mut().zip(convolved) {
-            *sum += value;
-        }
+        let mut spectrum = transform.padded(samples);
+        spectrum.iter_mut().zip(&filter).for_each(|(value, factor)| *value *= factor);
+        let convolved = transform.signal(spectrum);
+        sum[index * block..].iter_mut().zip(convolved).for_each(|(sum, value)| *sum += value);
     }
     sum.into_iter().map(|value| value as f32).collect()
 }

@@ -54,30 +54,27 @@ impl Table {
         Self { pulses }
     }
 
-    /// [`pulse`] from the table.
-    #[must_use]
-    pub fn pulse(&self, at: f64) -> (isize, [f64; 2 * HALF]) {
+    /// First sample of the pulse `at` a time, the pulses in the table before and after it, and its place between them, 0 … 1.
+    fn around(&self, at: f64) -> (isize, &[f64; 2 * HALF], &[f64; 2 * HALF], f64) {
         let whole = at.floor();
         let place = (at - whole) * STEPS as f64;
         let step = (place as usize).min(STEPS - 1);
-        let share = place - step as f64;
-        let (before, after) = (&self.pulses[step], &self.pulses[step + 1]);
-        let mut values = *before;
-        values
-            .iter_mut()
-            .zip(before.iter().zip(after))
-            .for_each(|(value, (a, b))| *value = a + share * (b - a));
-        (whole as isize + 1 - HALF as isize, values)
+        let first = whole as isize + 1 - HALF as isize;
+        (first, &self.pulses[step], &self.pulses[step + 1], place - step as f64)
+    }
+
+    /// [`pulse`] from the table.
+    #[must_use]
+    pub fn pulse(&self, at: f64) -> (isize, [f64; 2 * HALF]) {
+        let (first, before, after, share) = self.around(at);
+        (first, std::array::from_fn(|index| before[index] + share * (after[index] - before[index])))
     }
 
     /// A signal at the time `at` [samples], which lies [`HALF`] samples or more within it.
     #[must_use]
     pub fn read(&self, signal: &[f64], at: f64) -> f64 {
-        let whole = at.floor();
-        let place = (at - whole) * STEPS as f64;
-        let step = (place as usize).min(STEPS - 1);
-        let share = place - step as f64;
-        let samples = &signal[whole as usize + 1 - HALF..=whole as usize + HALF];
+        let (first, before, after, share) = self.around(at);
+        let samples = &signal[first as usize..][..2 * HALF];
         let dot = |pulse: &[f64; 2 * HALF]| -> f64 {
             // Four sums, so that the processor adds side by side.
             let mut sums = [0.0; 4];
@@ -88,7 +85,7 @@ impl Table {
             }
             (sums[0] + sums[1]) + (sums[2] + sums[3])
         };
-        let (before, after) = (dot(&self.pulses[step]), dot(&self.pulses[step + 1]));
+        let (before, after) = (dot(before), dot(after));
         before + share * (after - before)
     }
 }

@@ -8,13 +8,11 @@
 //!
 //! References: [ISO3382-1] annex B (docs/references.md).
 
-use std::ops::Range;
-use std::sync::Arc;
-
 use realfft::num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use crate::octave_filter::{SILENCE, squared_gain};
+use crate::transform::{Spectrum, Transform};
+use crate::wav::onset;
 use crate::{Recording, SoundError};
 
 /// Octaves, nominal centres [Hz].
@@ -25,8 +23,6 @@ const MEAN_OCTAVES: [f64; 3] = [500.0, 1000.0, 2000.0];
 const LONGEST_DELAY: f64 = 1e-3;
 /// Border between early and late, from the onset [s].
 const EARLY: f64 = 0.080;
-/// Amplitude of the onset over the largest one: −20 dB.
-const ONSET: f64 = 0.1;
 /// What rounding leaves of a window's energy in a band without any.
 const ROUNDING: f64 = 1e-12;
 
@@ -77,95 +73,41 @@ pub fn iacc(recording: &Recording) -> Result<Iacc, SoundError> {
         return Err(SoundError::NotBinaural { channels: recording.channels.len() });
     };
     let rate = f64::from(recording.sample_rate_hz);
-    let onset = onset(left, right).ok_or(SoundError::Silent)?;
+    let onset = onset(&recording.channels).ok_or(SoundError::Silent)?;
     let border = (onset + (EARLY * rate).round() as usize).min(left.len());
-    let transform = Transform::new(left.len(), rate);
+    let length = (left.len() + (SILENCE * rate) as usize).next_power_of_two();
+    let transform = Transform::new(length);
     let windows = [onset..border, border..left.len(), onset..left.len()];
-    let spectra = windows.map(|window| transform.spectra(left, right, window));
+    let spectra = windows.map(|window| [left, right].map(|ear| transform.padded(&ear[window.clone()])));
+    let lags = (LONGEST_DELAY * rate).round() as usize;
     let octaves = OCTAVES.into_iter().filter(|octave| octave * std::f64::consts::SQRT_2 <= 0.5 * rate);
     let bands = octaves
         .map(|octave| {
-            let [early, late, all] = spectra.each_ref().map(|spectra| transform.largest(spectra, octave));
+            let gain = |line: usize| squared_gain(line as f64 * rate / length as f64, octave);
+            let gains: Vec<f64> = (0..transform.frequencies()).map(gain).collect();
+            let [early, late, all] = spectra.each_ref().map(|ears| largest(&transform, ears, &gains, lags));
             BandIacc { center_frequency_hz: octave, early, late, all }
         })
         .collect();
     Ok(Iacc { onset: onset as f64 / rate, bands })
 }
 
-fn onset(left: &[f32], right: &[f32]) -> Option<usize> {
-    let loudness = || left.iter().zip(right).map(|(left, right)| f64::from(left.abs().max(right.abs())));
-    let largest = loudness().fold(0.0, f64::max);
-    (largest > 0.0).then(|| loudness().position(|sample| sample >= ONSET * largest)).flatten()
-}
-
-type Spectrum = Vec<Complex<f64>>;
-
-struct Transform {
-    length: usize,
-    rate: f64,
-    forward: Arc<dyn RealToComplex<f64>>,
-    backward: Arc<dyn ComplexToReal<f64>>,
-}
-
-impl Transform {
-    fn new(samples: usize, rate: f64) -> Self {
-        let length = (samples + (SILENCE * rate) as usize).next_power_of_two();
-        let mut planner = RealFftPlanner::new();
-        Self {
-            length,
-            rate,
-            forward: planner.plan_fft_forward(length),
-            backward: planner.plan_fft_inverse(length),
-        }
+/// The largest |IACF| at up to so many `lags` of two ears through a filter of these squared gains; none where the energy of an ear is rounding.
+fn largest(transform: &Transform, [left, right]: &[Spectrum; 2], gains: &[f64], lags: usize) -> Option<f64> {
+    let in_octave = [left, right]
+        .map(|ear| ear.iter().zip(gains).map(|(value, gain)| value.norm_sqr() * gain).sum::<f64>());
+    let in_all = [left, right].map(|ear| ear.iter().map(Complex::norm_sqr).sum::<f64>());
+    if in_octave.iter().zip(in_all).any(|(octave, all)| *octave <= ROUNDING * all) {
+        return None;
     }
-
-    fn spectra(&self, left: &[f32], right: &[f32], window: Range<usize>) -> [Spectrum; 2] {
-        [left, right].map(|ear| {
-            let (mut samples, mut spectrum) = (self.forward.make_input_vec(), self.forward.make_output_vec());
-            samples
-                .iter_mut()
-                .zip(&ear[window.clone()])
-                .for_each(|(place, sample)| *place = f64::from(*sample));
-            self.forward.process(&mut samples, &mut spectrum).expect("buffers are the plan's own");
-            spectrum
-        })
-    }
-
-    /// The largest |IACF| of an octave; none where the energy of an ear is rounding.
-    fn largest(&self, [left, right]: &[Spectrum; 2], octave: f64) -> Option<f64> {
-        let gains: Vec<f64> = (0..left.len()).map(|index| self.squared_gain(index, octave)).collect();
-        let energy = |ear: &Spectrum, gains: &mut dyn Iterator<Item = f64>| -> f64 {
-            ear.iter().zip(gains).map(|(value, gain)| value.norm_sqr() * gain).sum()
-        };
-        let in_octave = [left, right].map(|ear| energy(ear, &mut gains.iter().copied()));
-        let in_all = [left, right].map(|ear| energy(ear, &mut std::iter::repeat(1.0)));
-        if in_octave.iter().zip(in_all).any(|(octave, all)| *octave <= ROUNDING * all) {
-            return None;
-        }
-        let mut product: Spectrum = left
-            .iter()
-            .zip(right)
-            .zip(&gains)
-            .map(|((left, right), gain)| left.conj() * right * gain)
-            .collect();
-        // Rounding may leave these with an imaginary part, which the ends of a real signal's spectrum do not have.
-        for end in [0, product.len() - 1] {
-            product[end].im = 0.0;
-        }
-        let mut correlation = self.backward.make_output_vec();
-        self.backward
-            .process(&mut product, &mut correlation)
-            .expect("the ends of a real signal's spectrum are real");
-        let lags = (LONGEST_DELAY * self.rate).round() as usize;
-        let near = correlation[..=lags].iter().chain(&correlation[self.length - lags..]);
-        let largest = near.fold(0.0_f64, |largest, value| largest.max(value.abs()));
-        // One side of the spectrum has half of the energy, of which the ends have no double.
-        Some((largest / (2.0 * (in_octave[0] * in_octave[1]).sqrt())).min(1.0))
-    }
-
-    fn squared_gain(&self, index: usize, octave: f64) -> f64 {
-        squared_gain(index as f64 * self.rate / self.length as f64, octave)
-    }
+    let product = left.iter().zip(right).zip(gains);
+    let product = product.map(|((left, right), gain)| left.conj() * right * gain).collect();
+    let correlation = transform.signal(product);
+    let near = correlation[..=lags].iter().chain(&correlation[correlation.len() - lags..]);
+    let largest = near.fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    // One side of the spectrum has half of the energy, of which the ends have no double.
+    let energy = 2.0 * (in_octave[0] * in_octave[1]).sqrt() / correlation.len() as f64;
+    Some((largest / energy).min(1.0))
 }
 
 #[cfg(test)]

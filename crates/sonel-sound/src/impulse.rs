@@ -82,7 +82,7 @@ pub struct Synthesizer<'a> {
     /// Waves of every source that reach its receivers, drawn when they are first needed. [S]
     waves: Vec<OnceLock<Vec<PlaneWave>>>,
     matching: Option<Matching>,
-    table: Table,
+    pub(crate) table: Table,
     pub(crate) transform: Transform,
     /// Called between small steps of the work.
     pub(crate) step: &'a (dyn Fn() + Sync),

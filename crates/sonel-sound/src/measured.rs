@@ -11,12 +11,11 @@ use serde_json::json;
 use sonel_echogram::{Arrivals, Response};
 
 use crate::octave_filter::FilterBank;
+use crate::wav::onset;
 use crate::{Recording, SoundError};
 
 /// Octaves, nominal centres [Hz].
 const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
-/// Amplitude of the onset over the largest one: −20 dB.
-const ONSET: f64 = 0.1;
 /// Width of a bin [s].
 const BIN: f64 = 1e-3;
 /// Longest record after the onset [s]: no room decays for minutes.
@@ -48,9 +47,7 @@ const IMPEDANCE: f64 = 400.0;
 pub fn response(recording: &Recording, receiver: &str) -> Result<Response, SoundError> {
     let rate = f64::from(recording.sample_rate_hz);
     let samples = recording.channels.first().ok_or(SoundError::Empty)?;
-    let largest = samples.iter().fold(0.0_f32, |largest, sample| largest.max(sample.abs()));
-    let is_onset = |sample: &f32| f64::from(sample.abs()) >= ONSET * f64::from(largest);
-    let onset = samples.iter().position(is_onset).filter(|_| largest > 0.0).ok_or(SoundError::Silent)?;
+    let onset = onset(&recording.channels[..1]).ok_or(SoundError::Silent)?;
     let seconds = (samples.len() - onset) as f64 / rate;
     let count = (seconds / BIN) as usize;
     if count < 4 * FIRST_AVERAGE {

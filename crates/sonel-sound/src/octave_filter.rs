@@ -5,10 +5,7 @@
 //!
 //! References: [IEC61260-1] (docs/references.md).
 
-use std::sync::Arc;
-
-use realfft::num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use crate::transform::{Spectrum, Transform};
 
 /// Silence behind a signal in which the filters ring [s].
 pub(crate) const SILENCE: f64 = 0.5;
@@ -22,10 +19,10 @@ pub fn squared_gain(frequency: f64, center: f64) -> f64 {
 
 /// A signal that is filtered octave by octave.
 pub struct FilterBank {
-    length: usize,
-    rate: f64,
-    spectrum: Vec<Complex<f64>>,
-    backward: Arc<dyn ComplexToReal<f64>>,
+    transform: Transform,
+    spectrum: Spectrum,
+    /// Distance of the lines of the spectrum [Hz].
+    step: f64,
 }
 
 impl FilterBank {
@@ -33,31 +30,16 @@ impl FilterBank {
     #[must_use]
     pub fn new(samples: &[f32], rate: f64) -> Self {
         let length = (samples.len() + (SILENCE * rate) as usize).next_power_of_two();
-        let mut planner = RealFftPlanner::new();
-        let forward: Arc<dyn RealToComplex<f64>> = planner.plan_fft_forward(length);
-        let (mut input, mut spectrum) = (forward.make_input_vec(), forward.make_output_vec());
-        input.iter_mut().zip(samples).for_each(|(place, sample)| *place = f64::from(*sample));
-        forward.process(&mut input, &mut spectrum).expect("buffers are the plan's own");
-        Self { length, rate, spectrum, backward: planner.plan_fft_inverse(length) }
+        let transform = Transform::new(length);
+        Self { spectrum: transform.padded(samples), transform, step: rate / length as f64 }
     }
 
     /// The signal in the octave about `center` [Hz], as long as the transform; what rings before the beginning stands at the end.
     #[must_use]
     pub fn octave(&self, center: f64) -> Vec<f64> {
-        let step = self.rate / self.length as f64;
-        let scale = 1.0 / self.length as f64;
-        let gain = |index: usize| scale * squared_gain(index as f64 * step, center).sqrt();
-        let mut filtered: Vec<Complex<f64>> =
-            self.spectrum.iter().enumerate().map(|(index, value)| value * gain(index)).collect();
-        // Rounding may leave these with an imaginary part, which the ends of a real signal's spectrum do not have.
-        for end in [0, filtered.len() - 1] {
-            filtered[end].im = 0.0;
-        }
-        let mut samples = self.backward.make_output_vec();
-        self.backward
-            .process(&mut filtered, &mut samples)
-            .expect("the ends of a real signal's spectrum are real");
-        samples
+        let gain = |line: usize| squared_gain(line as f64 * self.step, center).sqrt();
+        let lines = self.spectrum.iter().enumerate();
+        self.transform.signal(lines.map(|(line, value)| value * gain(line)).collect())
     }
 }
 

@@ -121,22 +121,20 @@ impl Path {
     /// Times between which the listener is within these lengths of the path [s], which rise; infinite where the path begins or ends within them.
     #[must_use]
     pub fn times(&self, low: f64, high: f64) -> (f64, f64) {
-        let reached = |length: f64, after: usize| {
+        let time = |length: f64, after: usize| {
+            if after == 0 {
+                return f64::NEG_INFINITY;
+            }
+            if after == self.lengths.len() {
+                return f64::INFINITY;
+            }
             let (before, behind) = (self.points[after - 1].time, self.points[after].time);
             let share = (length - self.lengths[after - 1]) / (self.lengths[after] - self.lengths[after - 1]);
             before + share * (behind - before)
         };
-        let first = match self.lengths.partition_point(|length| *length < low) {
-            0 => f64::NEG_INFINITY,
-            after if after == self.lengths.len() => f64::INFINITY,
-            after => reached(low, after),
-        };
-        let last = match self.lengths.partition_point(|length| *length <= high) {
-            0 => f64::NEG_INFINITY,
-            after if after == self.lengths.len() => f64::INFINITY,
-            after => reached(high, after),
-        };
-        (first, last)
+        let first = self.lengths.partition_point(|length| *length < low);
+        let last = self.lengths.partition_point(|length| *length <= high);
+        (time(low, first), time(high, last))
     }
 }
 

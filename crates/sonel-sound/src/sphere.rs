@@ -9,7 +9,6 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use crate::SAMPLE_RATE_HZ;
@@ -68,23 +67,17 @@ fn spread() -> Vec<DVec3> {
 
 /// The response at every degree of incidence.
 fn responses() -> Vec<Vec<f64>> {
-    let mut planner = RealFftPlanner::<f64>::new();
-    let backward = planner.plan_fft_inverse(LENGTH);
+    let transform = Transform::new(LENGTH);
     let factors: Vec<Vec<Complex<f64>>> = (1..=LENGTH / 2).map(|bin| orders(wave_number(bin))).collect();
     let of_angle = |degrees: usize| {
         let cosine = libm::cos((degrees as f64).to_radians());
-        let mut spectrum = backward.make_input_vec();
-        spectrum[0] = Complex::new(1.0, 0.0);
-        for (bin, factors) in (1..).zip(&factors) {
+        let value = |(bin, factors): (usize, &Vec<Complex<f64>>)| {
             let turn = Complex::from_polar(1.0, -TAU * (bin * DELAY) as f64 / LENGTH as f64);
             // e^(−iωt) in the series, e^(+iωt) in the transform.
-            spectrum[bin] = sum(factors, cosine).conj() * turn;
-        }
-        // The highest bin of a real signal is real.
-        spectrum[LENGTH / 2].im = 0.0;
-        let mut taps = backward.make_output_vec();
-        backward.process(&mut spectrum, &mut taps).expect("the ends of a real signal's spectrum are real");
-        taps.into_iter().map(|tap| tap / LENGTH as f64).collect()
+            sum(factors, cosine).conj() * turn
+        };
+        let above_zero = (1..).zip(&factors).map(value);
+        transform.signal(std::iter::once(Complex::ONE).chain(above_zero).collect())
     };
     (0..ANGLES).map(of_angle).collect()
 }

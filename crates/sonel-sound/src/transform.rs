@@ -31,6 +31,13 @@ impl Transform {
         self.forward.complex_len()
     }
 
+    /// Spectrum of samples with silence behind them.
+    pub(crate) fn padded(&self, samples: &[f32]) -> Spectrum {
+        let mut signal = self.silence();
+        signal.iter_mut().zip(samples).for_each(|(place, sample)| *place = f64::from(*sample));
+        self.spectrum(signal)
+    }
+
     /// Spectrum of a signal.
     pub(crate) fn spectrum(&self, mut signal: Vec<f64>) -> Spectrum {
         let mut spectrum = self.forward.make_output_vec();
@@ -40,6 +47,10 @@ impl Transform {
 
     /// Signal of a spectrum.
     pub(crate) fn signal(&self, mut spectrum: Spectrum) -> Vec<f64> {
+        // Rounding may leave these with an imaginary part, which the ends of a real signal's spectrum do not have.
+        for end in [0, self.frequencies() - 1] {
+            spectrum[end].im = 0.0;
+        }
         let mut signal = self.backward.make_output_vec();
         self.backward
             .process(&mut spectrum, &mut signal)

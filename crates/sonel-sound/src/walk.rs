@@ -19,7 +19,7 @@ use sonel_echogram::Response;
 
 use crate::ambisonics::{Frame, channels};
 use crate::crossover::{Crossover, NARROW};
-use crate::fractional::{HALF, Table};
+use crate::fractional::HALF;
 use crate::impulse::{Filter, SoundSettings, Synthesizer};
 use crate::microphones::{self, Microphone};
 use crate::path::Path;
@@ -129,14 +129,6 @@ struct Walk<'a> {
     synthesizer: Synthesizer<'a>,
 }
 
-/// The signal in every band, with silence about it.
-struct Bands {
-    signals: Vec<Vec<f32>>,
-    /// Samples of silence before it.
-    padding: usize,
-    table: Table,
-}
-
 impl Walk<'_> {
     fn rate(&self) -> f64 {
         f64::from(self.synthesizer.settings.sample_rate_hz)
@@ -154,7 +146,8 @@ impl Walk<'_> {
         if pieces > 0.0 { (length / self.path.length() * pieces).clamp(0.0, pieces) } else { 0.0 }
     }
 
-    fn bands(&self) -> Bands {
+    /// The signal in every band, with the padding of the synthesizer about it.
+    fn bands(&self) -> Vec<Vec<f32>> {
         let padding = self.synthesizer.padding;
         let length = (self.signal.len() + 2 * padding).next_power_of_two();
         let transform = Transform::new(length);
@@ -171,7 +164,7 @@ impl Walk<'_> {
             let signal = transform.signal(through(&spectrum, crossover.gains(band)));
             signal[..self.signal.len() + 2 * padding].iter().map(|sample| *sample as f32).collect()
         };
-        Bands { signals: (0..self.response.bands()).map(of_band).collect(), padding, table: Table::new() }
+        (0..self.response.bands()).map(of_band).collect()
     }
 
     /// Listed arrivals in all channels of all spots.
@@ -195,7 +188,7 @@ impl Walk<'_> {
         &self,
         begin: usize,
         spots: &[Spot<'_>],
-        bands: &Bands,
+        bands: &[Vec<f32>],
     ) -> Result<Vec<[f64; BLOCK]>, SoundError> {
         (self.synthesizer.step)();
         // One more, where the next block begins.
@@ -210,11 +203,8 @@ impl Walk<'_> {
             for index in first..=last {
                 let (place, pulses) =
                     (DVec3::from(self.response.receiver_positions[index]), &self.places[index]);
-                let arrivals = pulses
-                    .time
-                    .iter()
-                    .zip(&pulses.direction)
-                    .zip(pulses.shapes.chunks_exact(bands.signals.len()));
+                let arrivals =
+                    pulses.time.iter().zip(&pulses.direction).zip(pulses.shapes.chunks_exact(bands.len()));
                 for ((time, direction), amplitude) in arrivals {
                     let length = self.response.speed_of_sound * time;
                     let image = place + length * *direction;
@@ -228,7 +218,8 @@ impl Walk<'_> {
                         }
                         let weight = (1.0 - (places[at].1 - index as f64).abs()).max(0.0);
                         let delay = own / self.response.speed_of_sound * self.rate();
-                        *way = ((begin + at + bands.padding) as f64 - delay, weight * length / own);
+                        *way =
+                            ((begin + at + self.synthesizer.padding) as f64 - delay, weight * length / own);
                     }
                     let (read, gain) = (|way: &(f64, f64)| way.0, |way: &(f64, f64)| way.1);
                     if way.iter().map(gain).all(|gain| gain <= 0.0) {
@@ -238,12 +229,12 @@ impl Walk<'_> {
                     let high = way.iter().map(read).fold(f64::NEG_INFINITY, f64::max).floor() as i64
                         + HALF as i64
                         + 1;
-                    if !mix(&mut mixed, (low, high), &bands.signals, amplitude) {
+                    if !mix(&mut mixed, (low, high), bands, amplitude) {
                         continue;
                     }
                     let gains = [0, BLOCK].map(|at| spot.gains(towards(at).normalize()));
                     for at in 0..BLOCK {
-                        let heard = way[at].1 * bands.table.read(&mixed, way[at].0 - low as f64);
+                        let heard = way[at].1 * self.synthesizer.table.read(&mixed, way[at].0 - low as f64);
                         let share = at as f64 / BLOCK as f64;
                         for (channel, (begin, end)) in channels.iter_mut().zip(gains[0].iter().zip(&gains[1]))
                         {
@@ -282,10 +273,7 @@ impl Walk<'_> {
                 let weights: Vec<f64> = (begin..end).map(weight).collect();
                 let responses = self.late_responses(spot, along, equalizer.as_deref())?;
                 let of_channel = |response: Vec<f32>| {
-                    if response.is_empty() {
-                        return Vec::new();
-                    }
-                    let first = begin.saturating_sub(response.len() - 1);
+                    let first = begin.saturating_sub(response.len().saturating_sub(1));
                     let heard = convolve(
                         &self.signal[first.min(self.signal.len())..end.min(self.signal.len())],
                         &response,

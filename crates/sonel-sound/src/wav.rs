@@ -90,6 +90,16 @@ impl Recording {
     }
 }
 
+/// Amplitude of the onset over the largest one: −20 dB.
+const ONSET: f64 = 0.1;
+
+/// The first sample of one or more channels that is within 20 dB of the largest one at any of them; none of silence.
+pub(crate) fn onset(channels: &[Vec<f32>]) -> Option<usize> {
+    let largest = channels.iter().flatten().fold(0.0_f32, |largest, sample| largest.max(sample.abs()));
+    let is_loud = |sample: &f32| f64::from(sample.abs()) >= ONSET * f64::from(largest);
+    channels.iter().filter_map(|channel| channel.iter().position(is_loud)).min().filter(|_| largest > 0.0)
+}
+
 /// Bytes before the samples.
 const HEADER: u32 = 80;
 /// Format tag of a file whose header states an identifier of the samples' type.

@@ -12,7 +12,7 @@
 
 use sonel_acoustics::din18041::{GROUP_A, Use};
 use sonel_analysis::average::average;
-use sonel_analysis::{Parameter, ParameterValue, Unsupported};
+use sonel_analysis::{Parameter, ParameterValue, Unsupported, octave};
 
 use crate::target;
 
@@ -178,19 +178,11 @@ impl Judged {
     /// # Errors
     /// Why a band has none.
     pub fn value(&self, of: impl Fn(f64) -> Option<ParameterValue>) -> ParameterValue {
-        let found: Vec<Option<ParameterValue>> = self.bands.iter().map(|hz| of(*hz)).collect();
-        let missing: Vec<String> = self
-            .bands
-            .iter()
-            .zip(&found)
-            .filter(|(_, found)| found.is_none())
-            .map(|(hz, _)| format!("{hz} Hz"))
-            .collect();
-        if !missing.is_empty() {
+        if let Some(missing) = octave::missing(&self.bands, |hz| of(hz).is_some()) {
             let octaves = if self.bands.len() > SPEECH_OCTAVES.len() { "400 to 2500" } else { "500 to 2000" };
-            return Err(Unsupported::OctavesMissing { octaves, missing: missing.join(", ") });
+            return Err(Unsupported::OctavesMissing { octaves, missing });
         }
-        let found: Vec<ParameterValue> = found.into_iter().flatten().collect();
+        let found: Vec<ParameterValue> = self.bands.iter().filter_map(|hz| of(*hz)).collect();
         match &found[..] {
             [one] => one.clone(),
             several => average(several),

@@ -39,6 +39,19 @@ pub(crate) fn two_digits_up(number: u64) -> u64 {
     number.div_ceil(unit) * unit
 }
 
+/// The least number that does not exceed, to one part in `parts` of itself; `low` exceeds, `high` does not.
+pub(crate) fn least_within(mut low: u64, mut high: u64, parts: u64, exceeds: impl Fn(u64) -> bool) -> u64 {
+    while high - low > 1 + low / parts {
+        let middle = low + (high - low) / 2;
+        if exceeds(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    high
+}
+
 /// What an interval takes for bias where there is none, in standard errors of the shift that would show it: the mean of
 /// √(x² − 1), where that is real, for a normal x.
 const SPURIOUS: f64 = 0.325;

@@ -355,7 +355,7 @@ mod tests {
             .with_duration(0.8)
             .with_source("source", [1.0, 1.0, 1.5])
             .with_receiver("seat", [4.2, 3.4, 1.2]);
-        let room = Room::new(&scene, Vec::new()).expect("walls");
+        let room = Room::within(&scene, scene.geometry().expect("walls"), Vec::new());
         let receivers = evaluation_receivers(&scene, room.geometry());
         let config = PilotConfig {
             room: &room,

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use sonel_analysis::{ReceiverParameters, parameters};
 use sonel_echogram::Response;
-use sonel_geometry::{Geometry, GeometryError};
+use sonel_geometry::Geometry;
 use sonel_map::{EffectState, Ledger, MapError, MapHeader, MapWriter, Settings, ShardRange, SonelMap};
 use sonel_renderer::{ReceiverPoint, RenderError, RenderSettings, Renderer, Rendering};
 use sonel_scene::Scene;
@@ -78,16 +78,6 @@ impl MapStore for InMemory {
     fn open(&mut self, written: Self::Writer) -> Result<SonelMap, MapError> {
         SonelMap::from_bytes(written.get_ref())
     }
-}
-
-/// Everything that decides a pipeline run besides the room: emissions, seed, β, spectral and mode in `trace`, estimator, rays, radius
-/// and order in `render`.
-#[derive(Debug, Clone, Default)]
-pub struct PipelineSettings {
-    /// Settings of the tracer.
-    pub trace: Settings,
-    /// Settings of the renderer.
-    pub render: RenderSettings,
 }
 
 /// A scene and its walls, ready for any number of trials.
@@ -161,20 +151,9 @@ impl RenderSeconds {
     }
 }
 
-/// A map and its rendering.
-pub struct PipelineRun {
-    /// The first pass.
-    pub traced: TracedMap,
-    /// The second.
-    pub rendered: Rendered,
-}
-
 /// Why a pipeline run came to no end.
 #[derive(Debug, Error)]
 pub enum PipelineError {
-    /// The mesh is no room.
-    #[error(transparent)]
-    Geometry(#[from] GeometryError),
     /// The map cannot be written, or the room leaks.
     #[error(transparent)]
     Trace(#[from] TraceError<MapError>),
@@ -187,15 +166,7 @@ pub enum PipelineError {
 }
 
 impl<'a> Room<'a> {
-    /// Makes `scene` ready. `effects` are those that [`crate::effects::decide`] decided for it; they go into the maps.
-    ///
-    /// # Errors
-    /// When its mesh has no usable triangle.
-    pub fn new(scene: &'a Scene, effects: Vec<EffectState>) -> Result<Self, GeometryError> {
-        Ok(Self::within(scene, scene.geometry()?, effects))
-    }
-
-    /// The same with the walls of `scene` at hand.
+    /// Makes `scene` with the walls `geometry` ready. `effects` are those that [`crate::effects::decide`] decided for it; they go into the maps.
     #[must_use]
     pub fn within(scene: &'a Scene, geometry: impl Into<Arc<Geometry>>, effects: Vec<EffectState>) -> Self {
         Self { scene, effects, geometry: geometry.into() }
@@ -211,37 +182,6 @@ impl<'a> Room<'a> {
     #[must_use]
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
-    }
-
-    /// The effects that go into maps.
-    #[must_use]
-    pub fn effects(&self) -> &[EffectState] {
-        &self.effects
-    }
-
-    /// Only the walls.
-    ///
-    /// # Panics
-    /// Where somebody else holds the walls, which were given to [`Self::within`].
-    #[must_use]
-    pub fn into_geometry(self) -> Geometry {
-        Arc::into_inner(self.geometry).expect("the walls of a room that was made of a scene alone")
-    }
-
-    /// Traces the room and renders it at `receivers`.
-    ///
-    /// # Errors
-    /// The errors of [`Self::trace`] and [`render_and_read`].
-    pub fn run(
-        &self,
-        settings: &PipelineSettings,
-        receivers: &[ReceiverPoint],
-        store: &mut impl MapStore,
-        clock: &dyn Clock,
-    ) -> Result<PipelineRun, PipelineError> {
-        let traced = self.trace(settings.trace, store, clock)?;
-        let rendered = render_and_read(&traced.map, &self.geometry, receivers, &settings.render, clock)?;
-        Ok(PipelineRun { traced, rendered })
     }
 
     /// Traces the whole run into a map.

@@ -6,7 +6,7 @@ use sonel_renderer::{BATCHES_IN_FLIGHT, Columns, RAYS_IN_FLIGHT, RECEIVERS_IN_FL
 use sonel_scene::Scene;
 use sonel_tracer::CHUNKS_IN_FLIGHT;
 
-use crate::forecast::{Effort, Price, two_digits_up};
+use crate::forecast::{Effort, Price, least_within, two_digits_up};
 use crate::pilot::{Pilot, Spread};
 use crate::render_need::RenderNeed;
 use crate::response::PART;
@@ -59,21 +59,12 @@ pub struct Width {
     pub range: [f64; 2],
 }
 
-/// The least effort that keeps targets.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Need {
-    /// Packets and rays.
-    pub effort: Effort,
-    /// Which parameter needs them; none where the minimum is enough.
-    pub limited_by: Option<Place>,
-}
-
 impl Pilot {
     /// Effort that keeps `targets` in `batches` batches.
     #[must_use]
-    pub fn need(&self, targets: &Targets, batches: u32) -> Need {
+    pub fn need(&self, targets: &Targets, batches: u32) -> RenderNeed {
         let fewest = Effort::of_trace(LEAST_PER_BATCH * u64::from(batches), batches);
-        let mut need = Need { effort: fewest, limited_by: None };
+        let mut need = RenderNeed { effort: fewest, limited_by: None, lacking: None };
         for spread in &self.spreads {
             let Some(limit) = targets.limit(spread.place, spread.value) else { continue };
             if self.exceeds(spread, need.effort, limit) {
@@ -96,14 +87,7 @@ impl Pilot {
         while exceeds(high) && high < MOST_EMISSIONS {
             (low, high) = (high, 2 * high);
         }
-        while high - low > 1 + low / 1000 {
-            let middle = low + (high - low) / 2;
-            if exceeds(middle) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
+        let high = least_within(low, high, 1000, exceeds);
         Effort::of_trace(two_digits_up(high), least.batches)
     }
 }
@@ -120,10 +104,9 @@ impl Plan {
     ) -> Self {
         let rows = STEPS.map(|step| {
             let need = pilot.need(&Targets::just_noticeable(step), batches);
-            let render_need = RenderNeed { effort: need.effort, limited_by: need.limited_by, lacking: None };
-            Row::new(step, render_need, &pilot, scene, evaluation_receivers.len(), bin)
+            Row::new(step, need, &pilot, scene, evaluation_receivers.len(), bin)
         });
-        Self::with_rows(rows.to_vec(), pilot, scene, evaluation_receivers)
+        Self { names: Names::of(scene, evaluation_receivers), rows: rows.into(), pilot }
     }
 
     /// The plan for rendering a map of `scene` with the packets and batches of `map` at `receivers` receivers, evaluated at `evaluation_receivers`,
@@ -142,16 +125,7 @@ impl Plan {
             let render_need = pilot.render_need(&Targets::just_noticeable(step), map);
             Row::new(step, render_need, &pilot, scene, receivers, bin)
         });
-        Self::with_rows(rows.to_vec(), pilot, scene, evaluation_receivers)
-    }
-
-    fn with_rows(
-        rows: Vec<Row>,
-        pilot: Pilot,
-        scene: &Scene,
-        evaluation_receivers: &[ReceiverPoint],
-    ) -> Self {
-        Self { pilot, names: Names::of(scene, evaluation_receivers), rows }
+        Self { names: Names::of(scene, evaluation_receivers), rows: rows.into(), pilot }
     }
 }
 
@@ -192,6 +166,7 @@ impl Row {
         bin: f64,
     ) -> Self {
         let RenderNeed { effort, limited_by, lacking } = render_need;
+        let widths = |band| PLANNED.map(|parameter| pilot.widest_in_band(effort, band, parameter));
         Self {
             just_noticeable,
             effort,
@@ -199,14 +174,9 @@ impl Row {
             lacking,
             price: pilot.price(effort),
             memory: [trace_memory(pilot, effort), pilot.load().memory(effort, scene, receivers, bin)],
-            widths: widths(pilot, effort, scene.bands.count()),
+            widths: (0..scene.bands.count()).map(widths).collect(),
         }
     }
-}
-
-/// Widest half-widths in the parameters' own units, by band.
-fn widths(pilot: &Pilot, effort: Effort, bands: usize) -> Vec<[Option<Width>; PLANNED.len()]> {
-    (0..bands).map(|band| PLANNED.map(|parameter| pilot.widest_in_band(effort, band, parameter))).collect()
 }
 
 impl Pilot {

@@ -6,7 +6,7 @@
 use sonel_analysis::{Parameter, ReceiverParameters};
 use sonel_renderer::{Columns, MOST_RAYS};
 
-use crate::forecast::{Effort, two_digits_up};
+use crate::forecast::{Effort, least_within, two_digits_up};
 use crate::pilot::{Costs, Pilot, Spread, spreads};
 use crate::split::RenderedTwice;
 use crate::spread::{Place, readings};
@@ -81,36 +81,27 @@ impl Pilot {
                     render_need.effort.rays = rays;
                     render_need.limited_by = Some(spread.place);
                 }
-                None => return self.lacking(targets, map),
+                // Rays are not enough.
+                None => {
+                    let need = self.need(targets, map.batches);
+                    let rays = if self.casts_rays { need.effort.rays } else { map.rays };
+                    let effort = Effort { rays, ..map };
+                    return RenderNeed { effort, lacking: Some(need.effort.emissions), ..need };
+                }
             }
         }
         render_need
     }
 
-    /// The same where rays are not enough.
-    fn lacking(&self, targets: &Targets, map: Effort) -> RenderNeed {
-        let need = self.need(targets, map.batches);
-        let rays = if self.casts_rays { need.effort.rays } else { map.rays };
-        let effort = Effort { rays, ..map };
-        RenderNeed { effort, limited_by: need.limited_by, lacking: Some(need.effort.emissions) }
-    }
-
     /// The fewest rays, in two digits, with which the parameter of `spread` keeps `limit`; none where the most do not.
     fn fewest_rays(&self, spread: &Spread, effort: Effort, limit: f64) -> Option<u32> {
-        let exceeds = |rays| self.exceeds(spread, Effort { rays, ..effort }, limit);
-        if !self.casts_rays || exceeds(MOST_RAYS) {
+        let exceeds = |rays| self.exceeds(spread, Effort { rays: rays as u32, ..effort }, limit);
+        let most = u64::from(MOST_RAYS);
+        if !self.casts_rays || exceeds(most) {
             return None;
         }
-        let (mut low, mut high) = (effort.rays, MOST_RAYS);
-        while high - low > 1 {
-            let middle = low + (high - low) / 2;
-            if exceeds(middle) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        Some((two_digits_up(u64::from(high)) as u32).min(MOST_RAYS))
+        let rays = least_within(effort.rays.into(), most, u64::MAX, exceeds);
+        Some(two_digits_up(rays).min(most) as u32)
     }
 }
 

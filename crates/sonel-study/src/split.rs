@@ -3,7 +3,9 @@
 //! The part of rays follows from rendering the same packets with other or more rays, that of sonels in areas from the inner
 //! and outer halves of the areas.
 
-use sonel_analysis::{Parameter, ReceiverParameters, jackknife};
+use sonel_analysis::comparison::{Pairing, difference};
+use sonel_analysis::estimate::StandardError;
+use sonel_analysis::{Parameter, ReceiverParameters};
 
 use crate::spread::{Place, Reading, student_factor};
 
@@ -38,18 +40,10 @@ pub(crate) struct RenderedTwice<'a> {
 impl RenderedTwice<'_> {
     /// The variance that rays bring to the parameter at `place`, in just-noticeable differences.
     fn of_rays(&self, place: Place) -> f64 {
-        let estimate = |parameters: &'_ [ReceiverParameters]| {
-            parameters[place.row].bands[place.band].parameter(place.parameter).as_ref().ok().cloned()
-        };
-        let (Some(first), Some(second)) = (estimate(self.parameters), estimate(self.others)) else {
-            return 0.0;
-        };
-        let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| b - a).collect::<Vec<_>>();
-        let without = difference(&first.without, &second.without);
-        if without.len() < 2 || without.len() != first.weight.len() {
-            return 0.0;
-        }
-        let sigma = jackknife::spread(second.value - first.value, &without, &first.weight).error.sigma;
+        let [first, second] = [self.parameters, self.others]
+            .map(|parameters| parameters[place.row].bands[place.band].parameter(place.parameter));
+        let error = difference(first, second, Pairing::Batches).ok().and_then(|difference| difference.error);
+        let (Ok(first), Some(StandardError { sigma, .. })) = (first, error) else { return 0.0 };
         let unit = place.parameter.just_noticeable(first.value);
         (sigma / unit) * (sigma / unit) / self.excess
     }

@@ -149,22 +149,30 @@ impl FromStr for Targets {
             if limits.iter().any(|(known, _)| *known == parameter) {
                 return Err(TargetError::Twice(estimate));
             }
-            let limit = limit.trim().trim_start_matches('=').trim();
-            let digits = limit.trim_end_matches(|c: char| c.is_alphabetic() || c == '%');
-            let unit = limit[digits.len()..].to_owned();
-            let number = digits.trim().parse().ok().filter(|n: &f64| n.is_finite() && *n > 0.0);
+            let (number, unit) = number_and_unit(limit.trim().trim_start_matches('='));
+            let number = number.filter(|number| *number > 0.0);
             let number = number.ok_or_else(|| TargetError::Number(word.to_owned()))?;
-            let limit = in_unit(parameter, number, &unit.to_lowercase());
-            limits.push((parameter, limit.ok_or(TargetError::Unit { estimate, unit, example })?));
+            let limit = in_unit(parameter, number, unit);
+            let unknown = || TargetError::Unit { estimate, unit: unit.to_owned(), example };
+            limits.push((parameter, limit.ok_or_else(unknown)?));
         }
         Ok(Self { limits })
     }
 }
 
+/// A finite number, if there is one, and the unit behind it.
+#[must_use]
+pub fn number_and_unit(text: &str) -> (Option<f64>, &str) {
+    let text = text.trim();
+    let digits = text.trim_end_matches(|c: char| c.is_alphabetic() || c == '%');
+    (digits.trim().parse().ok().filter(|number: &f64| number.is_finite()), &text[digits.len()..])
+}
+
 /// A limit in `unit`, if the parameter has that unit.
+#[must_use]
 pub fn in_unit(parameter: Parameter, number: f64, unit: &str) -> Option<Limit> {
     let (_, own, factor) = parameter.heading();
-    match unit {
+    match &*unit.to_lowercase() {
         "jnd" => Some(Limit::JustNoticeable(number)),
         // D50 is itself a percentage.
         "%" if own == "%" => Some(Limit::Absolute(number / factor)),

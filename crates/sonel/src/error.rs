@@ -113,7 +113,6 @@ impl From<TraceError<MapError>> for Error {
 impl From<PipelineError> for Error {
     fn from(error: PipelineError) -> Self {
         match error {
-            PipelineError::Geometry(error) => error.into(),
             PipelineError::Trace(error) => error.into(),
             PipelineError::Map(error) => error.into(),
             PipelineError::Render(error) => error.into(),

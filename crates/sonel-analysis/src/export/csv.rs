@@ -8,24 +8,8 @@ use crate::cell;
 use crate::sonels::{Sonel, Sonels};
 
 /// Columns before the energies.
-const COLUMNS: [&str; 16] = [
-    "source",
-    "emission",
-    "leading_band_hz",
-    "order",
-    "specular_run",
-    "diffused",
-    "x_m",
-    "y_m",
-    "z_m",
-    "direction_x",
-    "direction_y",
-    "direction_z",
-    "path_length_m",
-    "surface",
-    "side",
-    "event",
-];
+const COLUMNS: &str = "source,emission,leading_band_hz,order,specular_run,diffused,x_m,y_m,z_m,direction_x,direction_y,\
+    direction_z,path_length_m,surface,side,event";
 
 /// Rows on their way to the file.
 struct Rows {
@@ -49,7 +33,7 @@ pub fn csv(sonels: &Sonels<'_>, mut out: impl Write, progress: &mut dyn FnMut(u6
     let scene = &sonels.map().header().scene;
     let mut header = Rows::default();
     let energies = scene.bands.nominal().iter().map(|frequency| format!("energy_{frequency}_hz"));
-    header.writer.write_record(COLUMNS.iter().map(|&name| name.to_owned()).chain(energies))?;
+    header.writer.write_record(COLUMNS.split(',').map(str::to_owned).chain(energies))?;
     out.write_all(&header.bytes()?)?;
     let mut written = 0;
     let names: Vec<&str> = scene.sources.iter().map(|source| source.name.as_str()).collect();

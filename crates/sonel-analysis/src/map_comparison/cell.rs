@@ -7,7 +7,7 @@ use crate::comparison::welch;
 use crate::estimate::StandardError;
 
 /// Values of both maps in one cell.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Cell {
     /// Incident energy in A and in B over their batches.
     pub sides: [Moments; 2],
@@ -22,17 +22,6 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// An empty cell.
-    pub fn new(paired: bool) -> Self {
-        Self {
-            sides: [Moments::default(); 2],
-            paired: paired.then(Moments::default),
-            arrived: [0.0; 2],
-            squared: [0.0; 2],
-            packets: [0.0; 2],
-        }
-    }
-
     /// Effective number of arrivals in either map, by Kish's sample size [Kish1965]: where packets of both weigh `alike`,
     /// what is expected of maps of one scene, shared out by packets; else what each has.
     pub fn arrivals(&self, alike: bool) -> [f64; 2] {

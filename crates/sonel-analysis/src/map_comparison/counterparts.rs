@@ -1,7 +1,5 @@
 //! Pairs corresponding parts of two scenes: sources and materials by name, bands by centre, surfaces by position.
 
-use std::collections::HashMap;
-
 use sonel_geometry::{Geometry, Surface};
 use sonel_map::{BandClasses, SonelMap, Spectral};
 
@@ -11,10 +9,8 @@ use super::{Incomparable, Place, Traced};
 pub struct Places {
     /// The room first, then materials, then surfaces.
     pub list: Vec<Place>,
-    /// Per surface of A.
-    pub of_a: Vec<PlacesOf>,
-    /// Per surface of B.
-    pub of_b: Vec<PlacesOf>,
+    /// Per surface of A and of B.
+    pub of: [Vec<PlacesOf>; 2],
 }
 
 /// The places that a surface contributes to: the room, its material, itself; the latter two only with a counterpart.
@@ -25,8 +21,7 @@ impl Places {
     pub fn new(a: &Traced<'_>, b: &Traced<'_>) -> Self {
         let mut places = Self {
             list: vec![Place::Room],
-            of_a: vec![[Some(0), None, None]; a.geometry.surfaces().len()],
-            of_b: vec![[Some(0), None, None]; b.geometry.surfaces().len()],
+            of: [a, b].map(|side| vec![[Some(0), None, None]; side.geometry.surfaces().len()]),
         };
         places.pair_materials(a, b);
         places.pair_surfaces(a, b);
@@ -34,18 +29,14 @@ impl Places {
     }
 
     fn pair_materials(&mut self, a: &Traced<'_>, b: &Traced<'_>) {
-        let mut numbers: HashMap<&str, u32> = HashMap::new();
-        let others: Vec<&str> =
-            b.map.header().scene.materials.iter().map(|material| material.name.as_str()).collect();
-        for material in &a.map.header().scene.materials {
-            if others.contains(&material.name.as_str()) {
-                numbers.insert(&material.name, self.list.len() as u32);
-                self.list.push(Place::Material(material.name.clone()));
-            }
-        }
-        for (side, of) in [(a, &mut self.of_a), (b, &mut self.of_b)] {
+        let others = &b.map.header().scene.materials;
+        let materials = a.map.header().scene.materials.iter();
+        let common = materials.filter(|material| others.iter().any(|other| other.name == material.name));
+        self.list.extend(common.map(|material| Place::Material(material.name.clone())));
+        for (side, of) in [a, b].into_iter().zip(&mut self.of) {
             for (surface, places) in side.geometry.surfaces().iter().zip(of) {
-                places[1] = numbers.get(material_of(side.map, surface)).copied();
+                let own = Place::Material(material_of(side.map, surface).to_owned());
+                places[1] = self.list.iter().position(|place| *place == own).map(|number| number as u32);
             }
         }
     }
@@ -54,7 +45,7 @@ impl Places {
         for (index, counterpart) in counterparts(a.geometry, b.geometry).into_iter().enumerate() {
             let Some(other) = counterpart else { continue };
             let number = Some(self.list.len() as u32);
-            (self.of_a[index][2], self.of_b[other][2]) = (number, number);
+            (self.of[0][index][2], self.of[1][other][2]) = (number, number);
             let surface = &a.geometry.surfaces()[index];
             self.list.push(Place::Surface {
                 in_a: index as u32,
@@ -154,7 +145,7 @@ fn source_names(side: &Traced<'_>) -> String {
 /// Parts that could not be compared, a sentence each.
 pub fn unmatched(a: &Traced<'_>, b: &Traced<'_>, places: &Places) -> Vec<String> {
     let mut sentences = Vec::new();
-    for (map, of, side) in [("A", &places.of_a, a), ("B", &places.of_b, b)] {
+    for (map, of, [side, other]) in [("A", &places.of[0], [a, b]), ("B", &places.of[1], [b, a])] {
         let alone = of.iter().filter(|places| places[2].is_none()).count();
         if alone > 0 {
             sentences.push(format!(
@@ -163,7 +154,6 @@ pub fn unmatched(a: &Traced<'_>, b: &Traced<'_>, places: &Places) -> Vec<String>
                 of.len()
             ));
         }
-        let other = if map == "A" { b } else { a };
         let (scene, others) = (&side.map.header().scene, &other.map.header().scene);
         let known = |name: &str| others.materials.iter().any(|material| material.name == name);
         for material in scene.materials.iter().filter(|material| !known(&material.name)) {

@@ -4,7 +4,8 @@ use rayon::prelude::*;
 
 use super::cell::Cell;
 use super::counterparts::{BandGroup, Places};
-use super::incidence::{BatchIncidence, Observer};
+use super::incidence::{Incidence, Observer};
+use super::moments::Moments;
 use super::{Incomparable, Pairing};
 use crate::reading::Reading;
 
@@ -36,17 +37,16 @@ impl Frame<'_> {
         let shares = [batch_shares(&observers[0], 'A')?, batch_shares(&observers[1], 'B')?];
         // A source with another number has other random numbers.
         let paired = self.pairing == Pairing::Batches && sources[0] == sources[1];
-        let mut cells = vec![Cell::new(paired); observers[0].cells()];
-        let batches = observers.each_ref().map(|observer| observer.reading.emissions.layout.batches);
-        let mut first = 0;
-        while first < batches[0].max(batches[1]) {
-            let walked = walk(&observers, first, batches);
-            for index in 0..walked[0].len().max(walked[1].len()) {
+        let paired = paired.then(Moments::default);
+        let mut cells = vec![Cell { paired, ..Cell::default() }; observers[0].cells()];
+        let most = observers.each_ref().map(|observer| observer.reading.emissions.layout.batches);
+        for first in (0..most[0].max(most[1])).step_by(BATCHES_IN_FLIGHT as usize) {
+            let (a, b) = rayon::join(|| walk(&observers[0], first), || walk(&observers[1], first));
+            for index in 0..a.len().max(b.len()) {
                 let batch = first as usize + index;
-                let both = [0, 1].map(|side| walked[side].get(index).zip(shares[side].get(batch)));
+                let both = [0, 1].map(|side| [&a, &b][side].get(index).zip(shares[side].get(batch)));
                 add_batch(&mut cells, both);
             }
-            first += BATCHES_IN_FLIGHT;
         }
         for (side, observer) in observers.iter().enumerate() {
             add_packets(&mut cells, side, observer);
@@ -60,7 +60,7 @@ impl Frame<'_> {
         Observer {
             reading,
             source,
-            places_of: if side == 0 { &self.places.of_a } else { &self.places.of_b },
+            places_of: &self.places.of[side],
             places: self.places.list.len(),
             window_ends: self.window_ends.iter().map(|end| end * speed).collect(),
             columns: self.bands.iter().map(|band| band.columns[side]).collect(),
@@ -68,27 +68,12 @@ impl Frame<'_> {
     }
 }
 
-/// Batches `first` … of both maps, walked side by side.
-fn walk(observers: &[Observer<'_>; 2], first: u32, batches: [u32; 2]) -> [Vec<BatchIncidence>; 2] {
-    let walks: Vec<(usize, u32)> = [0, 1]
-        .into_iter()
-        .flat_map(|side| {
-            let end = batches[side].min(first + BATCHES_IN_FLIGHT);
-            (first..end).step_by(BATCHES_PER_WALK as usize).map(move |start| (side, start))
-        })
-        .collect();
-    let found: Vec<(usize, Vec<BatchIncidence>)> = walks
-        .into_par_iter()
-        .map(|(side, start)| {
-            let end = batches[side].min(start + BATCHES_PER_WALK);
-            (side, observers[side].walk(start..end))
-        })
-        .collect();
-    let mut sides = [Vec::new(), Vec::new()];
-    for (side, walked) in found {
-        sides[side].extend(walked);
-    }
-    sides
+/// Batches `first` … of a map, some along the file at a time.
+fn walk(observer: &Observer<'_>, first: u32) -> Vec<Incidence> {
+    let end = observer.reading.emissions.layout.batches.min(first + BATCHES_IN_FLIGHT);
+    let starts: Vec<u32> = (first..end).step_by(BATCHES_PER_WALK as usize).collect();
+    let walk = |start: u32| observer.walk(start..end.min(start + BATCHES_PER_WALK));
+    starts.into_par_iter().flat_map_iter(walk).collect()
 }
 
 /// Weight of one batch in a column.
@@ -120,21 +105,21 @@ fn batch_shares(observer: &Observer<'_>, map: char) -> Result<Vec<Vec<Share>>, I
 }
 
 /// A batch of one map with its shares.
-type Side<'a> = Option<(&'a BatchIncidence, &'a Vec<Share>)>;
+type Side<'a> = Option<(&'a Incidence, &'a Vec<Share>)>;
 
 fn add_batch(cells: &mut [Cell], both: [Side<'_>; 2]) {
     let estimate = |side: usize, index: usize| -> Option<(f64, f64)> {
         let (found, shares) = both[side]?;
         let share = shares[index % shares.len()];
-        (share.weight > 0.0).then(|| (share.weight, found.energy[index] / share.held))
+        (share.weight > 0.0).then(|| (share.weight, found[index][0] / share.held))
     };
     cells.par_iter_mut().enumerate().for_each(|(index, cell)| {
         let estimates = [estimate(0, index), estimate(1, index)];
         for (side, found) in estimates.into_iter().enumerate() {
             if let (Some((weight, value)), Some((batch, _))) = (found, both[side]) {
                 cell.sides[side].add(weight, value);
-                cell.arrived[side] += batch.arrived[index];
-                cell.squared[side] += batch.squared[index];
+                cell.arrived[side] += batch[index][1];
+                cell.squared[side] += batch[index][2];
             }
         }
         if let (Some(paired), [Some((weight, a)), Some((_, b))]) = (&mut cell.paired, estimates) {

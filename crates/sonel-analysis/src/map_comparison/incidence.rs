@@ -23,15 +23,9 @@ pub struct Observer<'a> {
     pub columns: Vec<usize>,
 }
 
-/// Energy of the packets of one batch, in cells `[place][window][column]`.
-pub struct BatchIncidence {
-    /// Incident energy, per unit energy that the batch emits [1].
-    pub energy: Vec<f64>,
-    /// Σ of the arrivals in units of one packet's energy [1].
-    pub arrived: Vec<f64>,
-    /// Σ of their squares [1].
-    pub squared: Vec<f64>,
-}
+/// Of the packets of one batch: incident energy per unit energy that the batch emits [1], arrivals in units of one packet's energy [1]
+/// and their squares [1]; in cells `[place][window][column]`, or by surface instead of place.
+pub type Incidence = Vec<[f64; 3]>;
 
 impl Observer<'_> {
     /// Number of cells.
@@ -73,8 +67,9 @@ impl Observer<'_> {
     }
 
     /// Walks the paths of `batches` in the order in which they are stored.
-    pub fn walk(&self, batches: Range<u32>) -> Vec<BatchIncidence> {
-        let mut tallies: Vec<Tally> = batches.clone().map(|_| Tally::new(self)).collect();
+    pub fn walk(&self, batches: Range<u32>) -> Vec<Incidence> {
+        let cells = self.places_of.len() * self.window_ends.len() * self.columns.len();
+        let mut tallies = vec![vec![[0.0; 3]; cells]; batches.len()];
         let mut weight = PathWeight::of(&self.reading.table);
         let (layout, held) = (self.reading.emissions.layout, self.held());
         let (leads, stride) =
@@ -87,10 +82,10 @@ impl Observer<'_> {
                 self.path(emission, &mut weight, &mut tallies[batch as usize]);
             }
         }
-        tallies.into_iter().map(|tally| tally.by_place(self)).collect()
+        tallies.iter().map(|tally| self.by_place(tally)).collect()
     }
 
-    fn path(&self, emission: u64, weight: &mut PathWeight, tally: &mut Tally) {
+    fn path(&self, emission: u64, weight: &mut PathWeight, tally: &mut Incidence) {
         let Some(path) = self.reading.map.path(self.source, emission) else { return };
         let expected = &self.reading.emissions.start(emission).expected;
         self.reading.follow(self.source, path, 1.0, weight, |segment| {
@@ -100,7 +95,7 @@ impl Observer<'_> {
                 return;
             }
             let row = arrival.surface.0 as usize * self.window_ends.len() + window;
-            let sums = &mut tally.sums[row * self.columns.len()..][..self.columns.len()];
+            let sums = &mut tally[row * self.columns.len()..][..self.columns.len()];
             for (sum, &column) in sums.iter_mut().zip(&self.columns) {
                 let energy = segment.energy.band(column);
                 if energy > 0.0 {
@@ -110,31 +105,16 @@ impl Observer<'_> {
             }
         });
     }
-}
 
-/// Energy, arrivals in units of a packet and their squares, in cells `[surface][window][column]`.
-struct Tally {
-    sums: Vec<[f64; 3]>,
-}
-
-impl Tally {
-    fn new(observer: &Observer<'_>) -> Self {
-        let cells = observer.places_of.len() * observer.window_ends.len() * observer.columns.len();
-        Self { sums: vec![[0.0; 3]; cells] }
-    }
-
-    fn by_place(&self, observer: &Observer<'_>) -> BatchIncidence {
-        let per_place = observer.window_ends.len() * observer.columns.len();
-        let nothing = vec![0.0; observer.cells()];
-        let mut found =
-            BatchIncidence { energy: nothing.clone(), arrived: nothing.clone(), squared: nothing };
-        for (places, sums) in observer.places_of.iter().zip(self.sums.chunks_exact(per_place)) {
+    /// Cells by place from those by surface.
+    fn by_place(&self, by_surface: &Incidence) -> Incidence {
+        let per_place = self.window_ends.len() * self.columns.len();
+        let mut found = vec![[0.0; 3]; self.cells()];
+        for (places, sums) in self.places_of.iter().zip(by_surface.chunks_exact(per_place)) {
             for place in places.iter().flatten() {
-                let first = *place as usize * per_place;
-                for (cell, [energy, arrived, squared]) in (first..).zip(sums) {
-                    found.energy[cell] += energy;
-                    found.arrived[cell] += arrived;
-                    found.squared[cell] += squared;
+                let cells = &mut found[*place as usize * per_place..];
+                for (cell, sums) in cells.iter_mut().flatten().zip(sums.iter().flatten()) {
+                    *cell += sums;
                 }
             }
         }

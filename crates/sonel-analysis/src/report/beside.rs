@@ -2,12 +2,12 @@
 
 use std::io::Write;
 
-use comfy_table::{CellAlignment, Table, presets};
 use serde_json::{Value, json};
 use sonel_acoustics::just_noticeable as noticeable;
 
-use super::estimate;
-use super::table::{MATERIALS, Notes, cell, knows_materials};
+use super::csv::{numbers, text};
+use super::table::{Notes, cell, of_materials};
+use super::{aligned, estimate};
 use crate::average::single_number;
 use crate::cell;
 use crate::comparison::{Pairing, Significance, difference};
@@ -187,28 +187,23 @@ pub fn beside_table(columns: &[Column], is_mean: bool) -> String {
     let mut notes = Notes::default();
     let mut text = String::new();
     for block in beside_blocks(columns, is_mean, &mut |value, factor| cell(value, factor, &mut notes)) {
-        let mut table = Table::new();
-        table.load_preset(presets::NOTHING);
-        table.set_header(block.head);
-        table.add_rows(block.rows);
-        for column in table.column_iter_mut().skip(1) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
         let place = match block.receiver {
             Some(name) => format!("at receiver \"{name}\""),
             None => "mean over the receivers".to_owned(),
         };
-        let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
-        text += &format!("source \"{}\" {place}\n{}\n\n", block.source, lines.join("\n"));
+        let table = aligned(block.head, block.rows, 1);
+        text += &format!("source \"{}\" {place}\n{table}\n\n", block.source);
     }
-    let mut values =
-        columns.iter().flat_map(|column| &column.parameters).flat_map(ReceiverParameters::values);
-    let materials = if values.any(knows_materials) { MATERIALS } else { "" };
+    let materials = of_materials(columns.iter().flat_map(|column| &column.parameters));
     format!(
         "{text}±: half-width of the 95 % interval{materials}; of differences that of the simulation. (0): not beyond its noise. *: at least one just-noticeable difference.\n{}",
         notes.text()
     )
 }
+
+/// Columns of [`beside_csv`].
+const HEADER: &str = "source,receiver,center_frequency_hz,parameter,response,value,ci95_low,ci95_high,reason,difference,\
+    difference_ci95_low,difference_ci95_high,difference_jnd";
 
 /// A row per source, receiver, parameter, band and response, with the difference from the first response; means have no receiver.
 ///
@@ -216,21 +211,7 @@ pub fn beside_table(columns: &[Column], is_mean: bool) -> String {
 /// When `out` cannot be written.
 pub fn beside_csv(columns: &[Column], is_mean: bool, out: impl Write) -> std::io::Result<()> {
     let mut writer = ::csv::Writer::from_writer(out);
-    writer.write_record([
-        "source",
-        "receiver",
-        "center_frequency_hz",
-        "parameter",
-        "response",
-        "value",
-        "ci95_low",
-        "ci95_high",
-        "reason",
-        "difference",
-        "difference_ci95_low",
-        "difference_ci95_high",
-        "difference_jnd",
-    ])?;
+    writer.write_record(HEADER.split(','))?;
     for Block { source, receiver, rows } in blocks(columns, is_mean) {
         for row in &rows {
             let differences = std::iter::once(None).chain(row.differences(columns));
@@ -239,11 +220,11 @@ pub fn beside_csv(columns: &[Column], is_mean: bool, out: impl Write) -> std::io
                 let [number, low, high, reason] = numbers(value);
                 let [change, change_low, change_high, _] =
                     difference.as_ref().map_or_else(Default::default, |(found, _)| numbers(found));
-                let noticed = difference.map(|(_, significance)| significance.just_noticeable.to_string());
+                let noticed = text(difference.map(|(_, significance)| significance.just_noticeable));
                 writer.write_record([
                     &*cell::of_name(&source),
                     &cell::of_name(receiver.as_deref().unwrap_or_default()),
-                    &row.center_frequency_hz.map(|hz| hz.to_string()).unwrap_or_default(),
+                    &text(row.center_frequency_hz),
                     row.key,
                     &cell::of_name(&column.name),
                     &number,
@@ -253,28 +234,12 @@ pub fn beside_csv(columns: &[Column], is_mean: bool, out: impl Write) -> std::io
                     &change,
                     &change_low,
                     &change_high,
-                    &noticed.unwrap_or_default(),
+                    &noticed,
                 ])?;
             }
         }
     }
     writer.flush()
-}
-
-/// Value, ends of its interval, and why one of them is missing.
-fn numbers(value: &ParameterValue) -> [String; 4] {
-    let mut fields = <[String; 4]>::default();
-    match value {
-        Err(reason) => fields[3] = reason.to_string(),
-        Ok(estimate) => {
-            fields[0] = estimate.value.to_string();
-            match &estimate.interval {
-                Ok([low, high]) => [fields[1], fields[2]] = [low.to_string(), high.to_string()],
-                Err(reason) => fields[3] = reason.to_string(),
-            }
-        }
-    }
-    fields
 }
 
 /// Differences of the later columns from the first: `[{"response": …, "reference": …, "source": …, "receiver": …, "center_frequency_hz": …,

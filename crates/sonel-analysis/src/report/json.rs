@@ -1,13 +1,13 @@
 //! JSON of docs/interface.md; further keys state the quality of every parameter.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use sonel_acoustics::just_noticeable as noticeable;
 use sonel_acoustics::noise::{NoiseCurve, RoomCriterion};
 
 use crate::average::{average, single_number};
 use crate::echo::ECHO_CRITERIA;
 use crate::estimate::ParameterValue;
-use crate::receiver::{BandParameters, ReceiverParameters, SpeechInNoise};
+use crate::receiver::{BandParameters, ReceiverParameters, SpeechInNoise, shared};
 
 /// `{"receivers": […], "means": […]}` of one response.
 #[must_use]
@@ -77,9 +77,7 @@ fn means(receivers: &[ReceiverParameters]) -> Value {
 
 /// Means over `receivers` of the single numbers that all of them have.
 fn single_numbers(receivers: &[&ReceiverParameters]) -> Value {
-    let listed = receivers.first().map_or_else(Vec::new, |receiver| receiver.listed()).into_iter();
-    let shared = listed.filter(|found| receivers.iter().all(|receiver| receiver.listed().contains(found)));
-    let fields = shared.map(|parameter| {
+    let fields = shared(receivers.iter().copied()).into_iter().map(|parameter| {
         let parameters: Vec<ParameterValue> =
             receivers.iter().map(|receiver| single_number(receiver, parameter)).collect();
         let found = match &parameters[..] {
@@ -96,15 +94,12 @@ fn speech(index: &ParameterValue) -> Value {
 }
 
 fn band(band: &BandParameters) -> Value {
-    let mut fields = Map::new();
-    fields.insert("center_frequency_hz".to_owned(), json!(band.center_frequency_hz));
+    let mut fields = json!({ "center_frequency_hz": band.center_frequency_hz });
     for parameter in band.parameters() {
-        fields.insert(
-            parameter.key().to_owned(),
-            noticed(band.parameter(parameter), |value| parameter.just_noticeable(value)),
-        );
+        let just_noticeable = |value| parameter.just_noticeable(value);
+        fields[parameter.key()] = noticed(band.parameter(parameter), just_noticeable);
     }
-    Value::Object(fields)
+    fields
 }
 
 /// A parameter with its just-noticeable difference.
@@ -123,29 +118,28 @@ pub fn estimate(estimate: &ParameterValue) -> Value {
         Ok(estimate) => estimate,
         Err(reason) => return json!({ "value": null, "reason": reason.to_string() }),
     };
-    let mut fields = Map::new();
-    fields.insert("value".to_owned(), json!(estimate.value));
+    let mut fields = json!({ "value": estimate.value });
     match &estimate.interval {
-        Ok(interval) => fields.insert("ci95".to_owned(), json!(interval)),
+        Ok(interval) => fields["ci95"] = json!(interval),
         Err(reason) => {
-            fields.insert("ci95".to_owned(), Value::Null);
-            fields.insert("reason".to_owned(), json!(reason.to_string()))
+            fields["ci95"] = Value::Null;
+            fields["reason"] = json!(reason.to_string());
         }
-    };
+    }
     if let Some(ends) = estimate.material_interval() {
         let by_material: Vec<f64> = estimate.materials.iter().map(|change| change.by_one).collect();
-        fields.insert("ci95_materials".to_owned(), json!(ends));
-        fields.insert("by_material".to_owned(), json!(by_material));
+        fields["ci95_materials"] = json!(ends);
+        fields["by_material"] = json!(by_material);
     }
     if let Some(warning) = &estimate.warning {
-        fields.insert("warning".to_owned(), json!(warning));
+        fields["warning"] = json!(warning);
     }
     if let Some(decay) = &estimate.decay {
-        fields.insert("decay_range_db".to_owned(), json!(decay.range_db));
-        fields.insert("non_linearity_permille".to_owned(), json!(decay.non_linearity_permille));
+        fields["decay_range_db"] = json!(decay.range_db);
+        fields["non_linearity_permille"] = json!(decay.non_linearity_permille);
         if let Some(curvature) = decay.curvature_percent {
-            fields.insert("curvature_percent".to_owned(), json!(curvature));
+            fields["curvature_percent"] = json!(curvature);
         }
     }
-    Value::Object(fields)
+    fields
 }

@@ -2,15 +2,15 @@
 
 use std::io::Write;
 
-use comfy_table::{CellAlignment, Table, presets};
 use serde_json::{Value, json};
 
-use super::csv::material_ends;
-use super::estimate;
-use super::table::{MATERIALS, Notes, cell, digits, knows_materials};
+use super::csv::{self, material_ends, numbers};
+use super::table::{Notes, cell, digits, headings, of_materials};
+use super::{aligned, estimate};
 use crate::cell;
+use crate::parameter::Parameter;
 use crate::receiver::ReceiverParameters;
-use crate::seats::{Spread, rows};
+use crate::seats::{Spread, SpreadRow, rows};
 
 /// Aligned text: a block per source, a row per band, each cell mean, half-width of its interval and standard deviation.
 #[must_use]
@@ -20,35 +20,22 @@ pub fn means_table(parameters: &[ReceiverParameters], title: &str) -> String {
         .chunk_by(|a, b| a.source == b.source)
         .map(|group| {
             let rows = rows(group);
-            let mut table = Table::new();
-            table.load_preset(presets::NOTHING);
-            let headings = rows.iter().take(1).flat_map(|row| &row.spreads).map(|(parameter, _)| {
-                let (symbol, unit, _) = parameter.heading();
-                format!("{symbol} [{unit}]")
-            });
-            table.set_header(std::iter::once("f [Hz]".to_owned()).chain(headings));
-            for row in &rows {
+            let spreads = rows.iter().take(1).flat_map(|row| &row.spreads);
+            let head = headings(spreads.map(|(parameter, _)| parameter), []);
+            let row = |row: &SpreadRow| {
                 let band = row.center_frequency_hz.map_or_else(|| "single".to_owned(), |hz| hz.to_string());
-                let cells = row
-                    .spreads
-                    .iter()
-                    .map(|(parameter, spread)| text(spread, parameter.heading().2, &mut notes));
-                table.add_row(std::iter::once(band).chain(cells));
-            }
-            for column in table.column_iter_mut() {
-                column.set_cell_alignment(CellAlignment::Right);
-            }
-            let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
+                let cell = |(parameter, spread): &(Parameter, Spread)| {
+                    text(spread, parameter.heading().2, &mut notes)
+                };
+                std::iter::once(band).chain(row.spreads.iter().map(cell)).collect()
+            };
+            let table = aligned(head, rows.iter().map(row).collect(), 0);
             let (source, count) = (&group[0].source, group.len());
             let plural = if count == 1 { "" } else { "s" };
-            format!("{title}source \"{source}\", mean over {count} receiver{plural}\n{}\n", lines.join("\n"))
+            format!("{title}source \"{source}\", mean over {count} receiver{plural}\n{table}\n")
         })
         .collect();
-    let materials = if parameters.iter().flat_map(ReceiverParameters::values).any(knows_materials) {
-        MATERIALS
-    } else {
-        ""
-    };
+    let materials = of_materials(parameters);
     format!(
         "{}\n±: half-width of the 95 % interval of the mean over these receivers{materials}; sd: standard deviation between them\n{}",
         blocks.join("\n"),
@@ -67,20 +54,8 @@ fn text(spread: &Spread, factor: f64, notes: &mut Notes) -> String {
 }
 
 /// Columns of [`means_csv`].
-const HEADER: [&str; 12] = [
-    "source",
-    "center_frequency_hz",
-    "parameter",
-    "mean",
-    "ci95_low",
-    "ci95_high",
-    "standard_deviation",
-    "receivers_with_value",
-    "receivers",
-    "reason",
-    "ci95_materials_low",
-    "ci95_materials_high",
-];
+const HEADER: &str = "source,center_frequency_hz,parameter,mean,ci95_low,ci95_high,standard_deviation,\
+    receivers_with_value,receivers,reason,ci95_materials_low,ci95_materials_high";
 
 /// A row per source, band and parameter; a row without a frequency is of single numbers.
 ///
@@ -88,33 +63,25 @@ const HEADER: [&str; 12] = [
 /// When `out` cannot be written.
 pub fn means_csv(parameters: &[ReceiverParameters], out: impl Write) -> std::io::Result<()> {
     let mut writer = ::csv::Writer::from_writer(out);
-    writer.write_record(HEADER)?;
+    writer.write_record(HEADER.split(','))?;
     for group in parameters.chunk_by(|a, b| a.source == b.source) {
         for row in rows(group) {
             for (parameter, spread) in row.spreads {
-                let interval = spread.mean.as_ref().ok().map(|mean| &mean.interval);
-                let end = |end: usize| {
-                    interval.and_then(|ends| ends.as_ref().ok()).map(|ends| ends[end].to_string())
-                };
-                let [low, high] = material_ends(&spread.mean);
-                let reason = match (&spread.mean, interval) {
-                    (Err(reason), _) => reason.to_string(),
-                    (_, Some(Err(reason))) => reason.to_string(),
-                    _ => String::new(),
-                };
+                let [mean, low, high, reason] = numbers(&spread.mean);
+                let [materials_low, materials_high] = material_ends(&spread.mean);
                 writer.write_record([
                     cell::of_name(&group[0].source).into_owned(),
-                    row.center_frequency_hz.map(|hz| hz.to_string()).unwrap_or_default(),
+                    csv::text(row.center_frequency_hz),
                     parameter.key().to_owned(),
-                    spread.mean.as_ref().map(|mean| mean.value.to_string()).unwrap_or_default(),
-                    end(0).unwrap_or_default(),
-                    end(1).unwrap_or_default(),
-                    spread.deviation.map(|deviation| deviation.to_string()).unwrap_or_default(),
+                    mean,
+                    low,
+                    high,
+                    csv::text(spread.deviation),
                     spread.count.to_string(),
                     spread.of.to_string(),
                     reason,
-                    low,
-                    high,
+                    materials_low,
+                    materials_high,
                 ])?;
             }
         }

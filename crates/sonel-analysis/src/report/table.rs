@@ -1,9 +1,8 @@
 //! Text table: a block per source and receiver, a row per band, explanations of missing values below.
 
-use comfy_table::{CellAlignment, Table, presets};
-
 use sonel_acoustics::noise::{NoiseCurve, RoomCriterion};
 
+use super::aligned;
 use crate::average::single_number;
 use crate::echo::ECHO_CRITERIA;
 use crate::estimate::{Estimate, ParameterValue, Unsupported};
@@ -18,11 +17,7 @@ pub fn table(receivers: &[ReceiverParameters], title: &str, has_noise: bool) -> 
     let noise = if has_noise { "with noise" } else { "no noise" };
     let blocks: Vec<String> =
         receivers.iter().map(|receiver| block(receiver, title, noise, &mut notes)).collect();
-    let materials = if receivers.iter().flat_map(ReceiverParameters::values).any(knows_materials) {
-        MATERIALS
-    } else {
-        ""
-    };
+    let materials = of_materials(receivers);
     format!(
         "{}\n±: half-width of the 95 % interval{materials}; JND: just-noticeable difference; single: mean over the octaves of the single number\n{}",
         blocks.join("\n"),
@@ -30,33 +25,34 @@ pub fn table(receivers: &[ReceiverParameters], title: &str, has_noise: bool) -> 
     )
 }
 
-/// What tables say of a second interval.
-pub(super) const MATERIALS: &str = " of the simulation, then that of the materials";
+/// What tables say of a second interval, if any value has one.
+pub(super) fn of_materials<'a>(parameters: impl IntoIterator<Item = &'a ReceiverParameters>) -> &'static str {
+    let mut values = parameters.into_iter().flat_map(ReceiverParameters::values).flatten();
+    let is_known = values.any(|estimate| !estimate.materials.is_empty());
+    if is_known { " of the simulation, then that of the materials" } else { "" }
+}
 
-/// Whether a value has an interval of the materials.
-pub(super) fn knows_materials(value: &ParameterValue) -> bool {
-    value.as_ref().is_ok_and(|estimate| !estimate.materials.is_empty())
+/// Heads of the columns of frequencies, `parameters` and what follows them.
+pub(super) fn headings<'a>(
+    parameters: impl IntoIterator<Item = &'a Parameter>,
+    more: impl IntoIterator<Item = &'a str>,
+) -> Vec<String> {
+    let heading = |parameter: &Parameter| {
+        let (symbol, unit, _) = parameter.heading();
+        format!("{symbol} [{unit}]")
+    };
+    let more = more.into_iter().map(str::to_owned);
+    std::iter::once("f [Hz]".to_owned()).chain(parameters.into_iter().map(heading)).chain(more).collect()
 }
 
 fn block(receiver: &ReceiverParameters, title: &str, noise: &str, notes: &mut Notes) -> String {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
     let parameters = receiver.listed();
-    let headings = parameters.iter().map(|parameter| {
-        let (symbol, unit, _) = parameter.heading();
-        format!("{symbol} [{unit}]")
-    });
-    let quality = ["ξ T30 [‰]", "C [%]"].map(str::to_owned);
-    table.set_header(std::iter::once("f [Hz]".to_owned()).chain(headings).chain(quality));
+    let head = headings(&parameters, ["ξ T30 [‰]", "C [%]"]);
     let mut rows: Vec<Vec<String>> =
         receiver.bands.iter().map(|band| row(band, &parameters, notes)).collect();
     rows.push(single_numbers(receiver, &parameters, notes));
     rows.push(just_noticeable(&parameters));
     make_room_for_marks(&mut rows);
-    table.add_rows(rows);
-    for column in table.column_iter_mut() {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
     let [x, y, z] = receiver.position;
     let speech = cell(&receiver.speech_transmission_index, 1.0, notes);
     let level = cell(&receiver.a_weighted_level_db, 1.0, notes);
@@ -71,12 +67,11 @@ fn block(receiver: &ReceiverParameters, title: &str, noise: &str, notes: &mut No
         format!("{} {} (limit {:.1})", criterion.name, cell(found, 1.0, notes), criterion.limit)
     });
     levels.push_str(&format!("echo criterion: {}\n", echoes.collect::<Vec<_>>().join("; ")));
-    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     format!(
         "{title}source \"{}\" at receiver \"{}\" ({x}, {y}, {z}) m\n{}\nspeech transmission index, {noise}: {speech}\n{levels}",
         receiver.source,
         receiver.name,
-        lines.join("\n")
+        aligned(head, rows, 0)
     )
 }
 

@@ -72,8 +72,6 @@ pub struct Run {
     pub setting: usize,
     /// Emissions per source.
     pub packets: u64,
-    /// Index of the repeat.
-    pub repeat: u32,
     /// Cost.
     pub seconds: RunSeconds,
     /// In the order of the cells.
@@ -124,21 +122,16 @@ pub fn conduct(
     for repeat in 0..sweep.repeats {
         for &packets in &sweep.packets {
             progress(done as f64 / total as f64);
-            let seeded = Settings {
-                emissions: packets,
-                seed: sweep.seed.wrapping_add(u64::from(repeat)),
-                ..Settings::default()
-            };
+            let seed = sweep.seed.wrapping_add(u64::from(repeat));
             for group in groups(&sweep.settings) {
-                stage.run_group(
-                    &sweep.settings,
-                    &group,
-                    seeded,
-                    store,
-                    &mut |setting, seconds, values| {
-                        runs.push(Run { setting, packets, repeat, seconds, values });
-                    },
-                )?;
+                let trace = Settings { emissions: packets, seed, ..sweep.settings[group[0]].trace };
+                let traced = room.trace(trace, store, clock)?;
+                for setting in group {
+                    let rendered = stage.render_and_read(&traced.map, &sweep.settings[setting].render)?;
+                    let seconds = RunSeconds { trace: traced.seconds, render: rendered.seconds };
+                    let values = values(&rendered.parameters);
+                    runs.push(Run { setting, packets, seconds, values });
+                }
             }
             done += packets;
         }
@@ -162,8 +155,8 @@ impl Stage<'_> {
         sweep: &Sweep,
         store: &mut impl MapStore,
     ) -> Result<(Vec<Cell>, Reference), PipelineError> {
-        let mut last = None;
-        for packets in [sweep.packets[0], sweep.reference_packets] {
+        let mut packets = sweep.packets[0];
+        loop {
             let settings = Settings {
                 emissions: packets,
                 // A seed that no repeat has.
@@ -176,35 +169,13 @@ impl Stage<'_> {
             let edges = sweep.settings[0].render.edges;
             let rendered =
                 self.render_and_read(&traced.map, &RenderSettings { edges, ..RenderSettings::default() })?;
-            let packets = (!is_exact(&rendered.renderings)).then_some(packets);
-            let reference = Reference { packets, values: values(&rendered.parameters) };
-            let is_done = packets.is_none();
-            last = Some((cells(&rendered.parameters), reference));
-            if is_done {
-                break;
+            let sampled = (!is_exact(&rendered.renderings)).then_some(packets);
+            if sampled.is_none() || packets == sweep.reference_packets {
+                let reference = Reference { packets: sampled, values: values(&rendered.parameters) };
+                return Ok((cells(&rendered.parameters), reference));
             }
+            packets = sweep.reference_packets;
         }
-        Ok(last.expect("two numbers of packets are tried"))
-    }
-
-    /// Traces for the settings in `group`, which trace alike, and renders each of them.
-    fn run_group(
-        &self,
-        settings: &[Setting],
-        group: &[usize],
-        seeded: Settings,
-        store: &mut impl MapStore,
-        finished: &mut dyn FnMut(usize, RunSeconds, Vec<Value>),
-    ) -> Result<(), PipelineError> {
-        let alike = settings[group[0]].trace;
-        let trace = Settings { emissions: seeded.emissions, seed: seeded.seed, ..alike };
-        let traced = self.room.trace(trace, store, self.clock)?;
-        for &setting in group {
-            let rendered = self.render_and_read(&traced.map, &settings[setting].render)?;
-            let seconds = RunSeconds { trace: traced.seconds, render: rendered.seconds };
-            finished(setting, seconds, values(&rendered.parameters));
-        }
-        Ok(())
     }
 
     fn render_and_read(

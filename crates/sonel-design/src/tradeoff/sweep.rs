@@ -56,68 +56,58 @@ impl Levels {
     /// The settings: `base` with the first of every list, then that with every other value.
     #[must_use]
     pub fn settings(&self, base: &Setting) -> Vec<Setting> {
-        let mut changes: Vec<Vec<Change>> = vec![
-            self.mode.iter().map(|&mode| Change::Mode(mode)).collect(),
-            self.survival.iter().map(|&survival| Change::Survival(survival)).collect(),
-            self.estimator.iter().map(|&estimator| Change::Estimator(estimator)).collect(),
-            self.rays.iter().map(|&rays| Change::Rays(rays)).collect(),
-            self.radius.iter().map(|&radius| Change::Radius(radius)).collect(),
-        ];
+        let modes = self.mode.iter().map(|&mode| Change::new(mode.name(), move |to| set_mode(to, mode)));
+        let survivals = self
+            .survival
+            .iter()
+            .map(|&survival| Change::new(format!("β {survival}"), move |to| to.trace.survival = survival));
+        let estimators = self
+            .estimator
+            .iter()
+            .map(|&estimator| Change::new(estimator.name(), move |to| to.render.estimator = estimator));
+        let rays = self
+            .rays
+            .iter()
+            .map(|&rays| Change::new(format!("{rays} rays"), move |to| to.render.rays = Some(rays)));
+        let radii = self.radius.iter().map(|&radius| {
+            Change::new(format!("h {radius} m"), move |to| to.render.gather_radius = Some(radius))
+        });
+        let mut changes: Vec<Vec<Change>> =
+            vec![modes.collect(), survivals.collect(), estimators.collect(), rays.collect(), radii.collect()];
         changes.retain(|values| !values.is_empty());
         let mut base = base.clone();
-        changes.iter().for_each(|values| values[0].apply(&mut base));
+        changes.iter().for_each(|values| (values[0].apply)(&mut base));
         let varied: Vec<&Vec<Change>> = changes.iter().filter(|values| values.len() > 1).collect();
         if let [values] = varied[..] {
-            base.name = values[0].name();
+            base.name = values[0].name.clone();
         }
         let others = varied.iter().flat_map(|values| &values[1..]).map(|change| {
-            let mut setting = Setting { name: change.name(), ..base.clone() };
-            change.apply(&mut setting);
+            let mut setting = Setting { name: change.name.clone(), ..base.clone() };
+            (change.apply)(&mut setting);
             setting
         });
         std::iter::once(base.clone()).chain(others).collect()
     }
 }
 
-/// A property and its value.
-#[derive(Debug, Clone, Copy)]
-enum Change {
-    Mode(Mode),
-    Survival(f64),
-    Estimator(Estimator),
-    Rays(u32),
-    Radius(f64),
+/// A value of a property.
+struct Change {
+    name: String,
+    apply: Box<dyn Fn(&mut Setting)>,
 }
 
 impl Change {
-    fn name(&self) -> String {
-        match self {
-            Self::Mode(mode) => mode.name().to_owned(),
-            Self::Survival(survival) => format!("β {survival}"),
-            Self::Estimator(estimator) => estimator.name().to_owned(),
-            Self::Rays(rays) => format!("{rays} rays"),
-            Self::Radius(radius) => format!("h {radius} m"),
-        }
+    fn new(name: impl Into<String>, apply: impl Fn(&mut Setting) + 'static) -> Self {
+        Self { name: name.into(), apply: Box::new(apply) }
     }
+}
 
-    fn apply(&self, setting: &mut Setting) {
-        match self {
-            Self::Mode(Mode::Accurate) => setting.trace.mode = Mode::Accurate,
-            // docs/paper-mode.md: one band a packet, roulette on absorption alone, the paper's own estimator.
-            Self::Mode(Mode::Paper) => {
-                setting.trace = Settings {
-                    mode: Mode::Paper,
-                    spectral: Spectral::PerBand,
-                    survival: 1.0,
-                    ..setting.trace
-                };
-                setting.render.estimator = Estimator::Paper;
-            }
-            Self::Survival(survival) => setting.trace.survival = *survival,
-            Self::Estimator(estimator) => setting.render.estimator = *estimator,
-            Self::Rays(rays) => setting.render.rays = Some(*rays),
-            Self::Radius(radius) => setting.render.gather_radius = Some(*radius),
-        }
+fn set_mode(setting: &mut Setting, mode: Mode) {
+    setting.trace.mode = mode;
+    if mode == Mode::Paper {
+        // docs/paper-mode.md: one band a packet, roulette on absorption alone, the paper's own estimator.
+        setting.trace = Settings { spectral: Spectral::PerBand, survival: 1.0, ..setting.trace };
+        setting.render.estimator = Estimator::Paper;
     }
 }
 

@@ -82,8 +82,9 @@ fn level_db(curve: &DecayCurve, time: f64) -> Option<f64> {
 
 /// Half of the 95 % interval of the decay at `time`, where every part of the batches reaches so far.
 fn half_width(parts: &Parts, time: f64) -> Option<f64> {
-    let all = level_db(parts.all.curve.as_ref().ok()?, time)?;
+    let all = level_db(parts.readings.all.curve.as_ref().ok()?, time)?;
     let without: Vec<f64> = parts
+        .readings
         .without
         .iter()
         .map(|values| level_db(values.curve.as_ref().ok()?, time).filter(|level| level.is_finite()))

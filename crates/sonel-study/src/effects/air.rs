@@ -18,7 +18,7 @@ use sonel_geometry::Geometry;
 use sonel_scene::Scene;
 
 use super::spec::Request;
-use super::{ASKED, Bound, Decision, Effect, Question};
+use super::{ASKED, Bound, Decision, Effect};
 
 /// Slowest decay relative to Eyring's [1]: seven times as slow is a box of mirrors (10 × 8 × 3 m, α = 0.05) whose floor alone absorbs
 /// (α = 0.6, T30 4.2 s for Eyring's 0.60 s), 2.6 times with s = 0.1.
@@ -27,9 +27,8 @@ const SLOWEST: f64 = 8.0;
 /// the size.
 const LONGEST_WAY: f64 = 4.0;
 
-/// Decides on air, and changes the scene's as was asked.
-pub(super) fn decide(asked: Question, scene: &mut Scene, geometry: &Geometry) -> Decision {
-    let request = asked.request;
+/// Decides on air, and changes the scene's as was asked; what changes less than `threshold` just-noticeable differences may be left out.
+pub(super) fn decide(request: Request, threshold: f64, scene: &mut Scene, geometry: &Geometry) -> Decision {
     match request {
         Request::Off => scene.leave_out(Effect::Air),
         Request::On => scene.attenuate_by_air(),
@@ -45,7 +44,7 @@ pub(super) fn decide(asked: Question, scene: &mut Scene, geometry: &Geometry) ->
         level_db: losses.iter().map(|loss| 10.0 * LOG10_E * libm::log1p(loss.most)).collect(),
         decay: losses.iter().map(|loss| loss.most).collect(),
     };
-    let on = if request == Request::Auto { asked.exceeding(&bound) } else { attenuates };
+    let on = if request == Request::Auto { bound.exceeds(threshold) } else { attenuates };
     let reason = if request == Request::Auto { reason(scene, &losses) } else { ASKED.to_owned() };
     Decision {
         bound: Some(bound),
@@ -61,9 +60,11 @@ struct Loss {
 }
 
 fn losses(scene: &Scene, geometry: &Geometry) -> Vec<Loss> {
-    let ways = ways(scene, geometry);
-    let of = |(m, (likely, most)): (&f64, (f64, f64))| Loss { likely: m * likely, most: m * most };
-    strongest(scene).iter().zip(ways).map(of).collect()
+    let loss = |(band, m): (usize, f64)| {
+        let (likely, most) = ways(scene, geometry, band);
+        Loss { likely: m * likely, most: m * most }
+    };
+    strongest(scene).into_iter().enumerate().map(loss).collect()
 }
 
 /// m per band of the air that attenuates most [1/m].
@@ -77,31 +78,22 @@ fn strongest(scene: &Scene) -> Vec<f64> {
     strongest
 }
 
-/// Likely and longest way over which the sound of each band e-folds [m].
-fn ways(scene: &Scene, geometry: &Geometry) -> Vec<(f64, f64)> {
+/// Likely and longest way over which the sound of a band e-folds [m].
+fn ways(scene: &Scene, geometry: &Geometry, band: usize) -> (f64, f64) {
     let run = scene.duration * scene.speed_of_sound;
-    let closed = geometry.volume().filter(|volume| *volume > 0.0);
-    (0..scene.bands.count())
-        .map(|band| match closed {
-            Some(volume) => {
-                let walls = |material: usize| {
-                    (geometry.exposed_area(material as u32), scene.materials[material].absorption[band])
-                };
-                let walls = || (0..scene.materials.len()).map(walls);
-                let area: f64 = walls().map(|(area, _)| area).sum();
-                let absorption = -area * libm::log1p(-mean_absorption(walls()));
-                let likely = (4.0 * volume / absorption).min(run);
-                let least =
-                    walls().filter(|(area, _)| *area > 0.0).map(|(_, alpha)| alpha).fold(1.0, f64::min);
-                let along_diameter = -diameter(scene, geometry) / libm::log1p(-least);
-                (likely, (SLOWEST * likely).min(along_diameter.max(likely)).min(run))
-            }
-            None => {
-                let longest = (LONGEST_WAY * diameter(scene, geometry)).min(run);
-                (longest, longest)
-            }
-        })
-        .collect()
+    let diameter = diameter(scene, geometry);
+    let Some(volume) = geometry.volume().filter(|volume| *volume > 0.0) else {
+        let longest = (LONGEST_WAY * diameter).min(run);
+        return (longest, longest);
+    };
+    let materials = || scene.materials.iter().map(|material| material.absorption[band]).enumerate();
+    let walls = || materials().map(|(material, alpha)| (geometry.exposed_area(material as u32), alpha));
+    let area: f64 = walls().map(|(area, _)| area).sum();
+    let absorption = -area * libm::log1p(-mean_absorption(walls()));
+    let likely = (4.0 * volume / absorption).min(run);
+    let least = walls().filter(|(area, _)| *area > 0.0).map(|(_, alpha)| alpha).fold(1.0, f64::min);
+    let along_diameter = -diameter / libm::log1p(-least);
+    (likely, (SLOWEST * likely).min(along_diameter.max(likely)).min(run))
 }
 
 /// Diameter of everything there is [m].

@@ -1,7 +1,7 @@
 //! Decides which effects are simulated, per band, with a reason.
 //!
 //! For each effect a bound is derived for the change of levels and reverberation times without it. `auto` leaves it out where both are below a tenth of a just-noticeable difference
-//! ([`LEVEL_DB`], [`DECAY`]). A new effect is a variant of [`Effect`], an arm of [`decide`] and a module with its bound.
+//! ([`THRESHOLD`]). A new effect is a variant of [`Effect`], an arm of [`decide`] and a module with its bound.
 
 mod air;
 mod edges;
@@ -25,10 +25,6 @@ use spec::Request;
 /// Change below which an effect may be left out, unless the specification states another [JND]. Chosen: a tenth of what is heard, so that ten
 /// omissions are not.
 pub const THRESHOLD: f64 = 0.1;
-/// The change of a level that this is [dB].
-pub const LEVEL_DB: f64 = THRESHOLD * just_noticeable::LEVEL_DB;
-/// The relative change of a reverberation time that this is.
-pub const DECAY: f64 = THRESHOLD * just_noticeable::EARLY_DECAY_TIME;
 
 /// The reason of effects that the user decided about.
 const ASKED: &str = "requested";
@@ -48,15 +44,19 @@ impl Bound {
         Self { level_db: vec![0.0; bands], decay: vec![0.0; bands] }
     }
 
+    /// Bands in which it is beyond so many just-noticeable differences.
+    fn exceeds(&self, threshold: f64) -> Vec<bool> {
+        let (level_db, decay) =
+            (threshold * just_noticeable::LEVEL_DB, threshold * just_noticeable::EARLY_DECAY_TIME);
+        let exceeds = |(&level, &time): (&f64, &f64)| level > level_db || time > decay;
+        self.level_db.iter().zip(&self.decay).map(exceeds).collect()
+    }
+
     /// Takes the larger of both in every band.
     fn extend(&mut self, other: &Self) {
-        let larger = |mine: &mut [f64], others: &[f64]| {
-            for (mine, other) in mine.iter_mut().zip(others) {
-                *mine = mine.max(*other);
-            }
-        };
-        larger(&mut self.level_db, &other.level_db);
-        larger(&mut self.decay, &other.decay);
+        let mine = self.level_db.iter_mut().chain(&mut self.decay);
+        mine.zip(other.level_db.iter().chain(&other.decay))
+            .for_each(|(mine, other)| *mine = mine.max(*other));
     }
 }
 
@@ -102,24 +102,6 @@ impl Decision {
     }
 }
 
-/// Properties of an effect.
-#[derive(Debug, Clone, Copy)]
-struct Question {
-    request: Request,
-    /// Just-noticeable differences below which it may be left out.
-    threshold: f64,
-}
-
-impl Question {
-    /// Bands in which `bound` is beyond the threshold.
-    fn exceeding(&self, bound: &Bound) -> Vec<bool> {
-        let (level_db, decay) =
-            (self.threshold * just_noticeable::LEVEL_DB, self.threshold * just_noticeable::EARLY_DECAY_TIME);
-        let exceeds = |(&level, &time): (&f64, &f64)| level > level_db || time > decay;
-        bound.level_db.iter().zip(&bound.decay).map(exceeds).collect()
-    }
-}
-
 /// Decides every effect for `scene`, whose walls are `geometry` and which is traced in `mode`, and changes the scene accordingly: air switched on or off,
 /// directivities dropped. The decision is a function of scene and `spec` alone. An effect is on that the materials or any of their variants call for.
 #[must_use]
@@ -160,7 +142,7 @@ fn decide_one(spec: &EffectSpec, mode: Mode, scene: &mut Scene, geometry: &Geome
         let request = spec.request(effect);
         match effect {
             Effect::Diffraction => edges::decide(request, mode, scene, geometry),
-            Effect::Air => air::decide(Question { request, threshold: spec.threshold() }, scene, geometry),
+            Effect::Air => air::decide(request, spec.threshold(), scene, geometry),
             Effect::Directivity => decide_directivity(request, scene),
             Effect::Transmission => decide_transmission(request, mode, scene, geometry),
             Effect::Refraction => decide_refraction(request, mode, scene),
@@ -195,6 +177,15 @@ pub fn leave_regions_out(
     if is_even && has_interfaces { scene.geometry().map(Arc::new) } else { Ok(geometry.into()) }
 }
 
+/// Why an effect is left out that the founding paper has not: that is `paper`.
+fn left_out(request: Request, mode: Mode, paper: &'static str) -> Option<&'static str> {
+    match (request, mode) {
+        (Request::Off, _) => Some(ASKED),
+        (_, Mode::Paper) => Some(paper),
+        _ => None,
+    }
+}
+
 /// Refraction is simulated as soon as a scene has several airs.
 fn decide_refraction(request: Request, mode: Mode, scene: &Scene) -> Decision {
     let bands = scene.bands.count();
@@ -206,8 +197,7 @@ fn decide_refraction(request: Request, mode: Mode, scene: &Scene) -> Decision {
         let bound = Some(Bound::nothing(bands));
         return Decision { bound, ..off("the scene has one air".to_owned()) };
     };
-    if request == Request::Off || mode == Mode::Paper {
-        let why = if request == Request::Off { ASKED } else { "the paper has one air" };
+    if let Some(why) = left_out(request, mode, "the paper has one air") {
         return off(format!("{why}, regions have the air of the scene"));
     }
     let airs =
@@ -241,8 +231,7 @@ fn decide_transmission(request: Request, mode: Mode, scene: &Scene, geometry: &G
         let bound = Some(Bound::nothing(bands));
         return Decision { bound, ..off("no material transmits".to_owned()) };
     }
-    if request == Request::Off || mode == Mode::Paper {
-        let why = if request == Request::Off { ASKED } else { "the paper has no transmission" };
+    if let Some(why) = left_out(request, mode, "the paper has no transmission") {
         return off(format!("{why}, transmitted energy is absorbed"));
     }
     let passes = |band: usize| {

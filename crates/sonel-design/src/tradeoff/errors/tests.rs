@@ -49,7 +49,7 @@ fn made(settings: &[Made], seed: u64) -> Tradeoff {
     let mut runs = Vec::new();
     for (setting, made) in settings.iter().enumerate() {
         for packets in PACKETS {
-            for repeat in 0..REPEATS {
+            for _ in 0..REPEATS {
                 let scatter = made.scatter * (packets as f64).powf(-made.exponent);
                 let value = |cell: &Cell| {
                     let error = target(cell.parameter) * (made.bias + scatter * normal(&mut numbers));
@@ -60,7 +60,7 @@ fn made(settings: &[Made], seed: u64) -> Tradeoff {
                 let trace = TraceSeconds { trace: SECONDS * packets as f64, write: 0.0, open: 0.0 };
                 let seconds =
                     RunSeconds { trace, render: RenderSeconds { parameters: 9.0, ..Default::default() } };
-                runs.push(Run { setting, packets, repeat, seconds, values });
+                runs.push(Run { setting, packets, seconds, values });
             }
         }
     }

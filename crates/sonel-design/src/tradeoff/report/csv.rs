@@ -6,27 +6,17 @@ use super::Findings;
 use crate::tradeoff::errors;
 use crate::tradeoff::fit::Measured;
 
+/// Columns of [`curves_csv`].
+const CURVES: &str = "setting,parameter,unit,packets,cpu_s,standard_deviation,standard_deviation_low,\
+    standard_deviation_high,bias,bias_half_width,efficiency,parameters,figures_refused";
+
 /// Errors over all parameters of a parameter: a row for each setting, parameter and number of packets.
 ///
 /// # Errors
 /// When `out` cannot be written.
 pub fn curves_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Result<()> {
     let mut table = csv::Writer::from_writer(out);
-    table.write_record([
-        "setting",
-        "parameter",
-        "unit",
-        "packets",
-        "cpu_s",
-        "standard_deviation",
-        "standard_deviation_low",
-        "standard_deviation_high",
-        "bias",
-        "bias_half_width",
-        "efficiency",
-        "parameters",
-        "figures_refused",
-    ])?;
+    table.write_record(CURVES.split(','))?;
     for curve in &findings.curves {
         for point in &curve.points {
             let (deviation, bias) = (point.measured_deviation(), point.bias());
@@ -50,6 +40,10 @@ pub fn curves_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Resu
     table.flush()
 }
 
+/// Columns of [`parameters_csv`].
+const PARAMETERS: &str = "setting,packets,source,receiver,center_frequency_hz,parameter,reference,mean,mean_half_width,\
+    standard_deviation,stated_half_width,reason";
+
 /// Every parameter for itself: a row for each setting, number of packets, source, receiver, band and parameter.
 ///
 /// # Errors
@@ -57,20 +51,7 @@ pub fn curves_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Resu
 pub fn parameters_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Result<()> {
     let tradeoff = findings.tradeoff;
     let mut table = csv::Writer::from_writer(out);
-    table.write_record([
-        "setting",
-        "packets",
-        "source",
-        "receiver",
-        "center_frequency_hz",
-        "parameter",
-        "reference",
-        "mean",
-        "mean_half_width",
-        "standard_deviation",
-        "stated_half_width",
-        "reason",
-    ])?;
+    table.write_record(PARAMETERS.split(','))?;
     for (setting, packets) in pairs(findings) {
         let runs = tradeoff.runs_of(setting, packets);
         for (index, cell) in tradeoff.cells.iter().enumerate() {
