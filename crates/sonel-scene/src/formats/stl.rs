@@ -8,9 +8,8 @@
 
 use glam::{DVec3, dvec3};
 
-use super::collector::Collector;
 use super::color_name;
-use crate::obj::{FileTerms, LineProblem, NAMELESS, Polygons};
+use crate::obj::{Collector, FileTerms, LineProblem, NAMELESS, Polygons};
 
 /// Header and count of a binary file.
 const BEGIN: usize = 84;
