@@ -3,16 +3,29 @@
 use glam::DVec3;
 
 use super::collector::Collector;
-use super::polygons::{FileTerms, Polygons};
+use super::polygons::Polygons;
+use crate::{Place, Problem};
 
 /// The name of surfaces in a file that names nothing.
 pub(crate) const NAMELESS: &str = "walls";
 
-/// Something wrong in a line of an OBJ file, counted from 1.
+/// Something wrong in a line of a file, counted from 1; 0 is the file as a whole.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct LineProblem {
     pub(crate) line: usize,
     pub(crate) message: String,
+}
+
+impl LineProblem {
+    pub(crate) fn new(line: usize, message: impl Into<String>) -> Self {
+        Self { line, message: message.into() }
+    }
+
+    /// The problem as one of the file that messages call `file`.
+    pub(crate) fn of(self, file: &str) -> Problem {
+        let place = Place { file: file.to_owned(), line: self.line, column: 1 };
+        Problem { place, message: self.message }
+    }
 }
 
 /// A name used by `usemtl` and the line where it occurs first.
@@ -92,7 +105,8 @@ impl Scanner {
             "l" | "p" => count(&mut self.wires, line),
             _ if IGNORED.contains(&keyword) => {}
             _ if FREE_FORM.contains(&keyword) || FREE_FORM_BODY.contains(&keyword) => {
-                self.collector.problem(line, format!("{keyword}: curved surfaces are not read; export polygons"));
+                self.collector
+                    .problem(line, format!("{keyword}: curved surfaces are not read; export polygons"));
             }
             _ => self.collector.problem(line, format!("`{}` is not an OBJ statement", shortened(keyword))),
         }
@@ -108,8 +122,12 @@ impl Scanner {
             for (axis, word) in words.into_iter().enumerate() {
                 match word.parse::<f64>() {
                     Ok(number) if number.is_finite() => position[axis] = number,
-                    Ok(_) => self.collector.problem(line, format!("v: {} is not a finite number", shortened(word))),
-                    Err(_) => self.collector.problem(line, format!("v: `{}` is not a number", shortened(word))),
+                    Ok(_) => {
+                        self.collector.problem(line, format!("v: {} is not a finite number", shortened(word)))
+                    }
+                    Err(_) => {
+                        self.collector.problem(line, format!("v: `{}` is not a number", shortened(word)))
+                    }
                 }
             }
         }
@@ -164,7 +182,8 @@ impl Scanner {
             _ => (count + 1).checked_sub(number.unsigned_abs()).filter(|index| *index > 0),
         };
         if absolute.is_none() {
-            self.collector.problem(line, format!("f: no vertex {number}: {count} are defined so far, counted from 1"));
+            self.collector
+                .problem(line, format!("f: no vertex {number}: {count} are defined so far, counted from 1"));
         }
         absolute
     }
@@ -185,7 +204,10 @@ impl Scanner {
             // A file that names nothing has one material.
             let is_named = self.has_material || self.has_group;
             if is_named {
-                self.collector.problem(line, format!("f: no usemtl names the material of this face{}", and_more(count)));
+                self.collector.problem(
+                    line,
+                    format!("f: no usemtl names the material of this face{}", and_more(count)),
+                );
             } else {
                 self.collector.name(NAMELESS, line);
             }
