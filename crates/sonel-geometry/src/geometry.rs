@@ -277,7 +277,7 @@ impl Geometry {
             let offset = height + side.sign() * f64::from(lift);
             let lifted = LocalPlane { normal: stood_on.normal, offset };
             let corners = |triangle: &u32| self.local_corners(*triangle).map(|corner| corner.as_dvec3());
-            standing.iter().filter_map(|it| cut(corners(it), |corner| lifted.height_of(corner))).collect()
+            standing.iter().filter_map(|it| cut(corners(it), |corner| lifted.height(corner))).collect()
         })
     }
 
@@ -377,7 +377,7 @@ impl Geometry {
     fn is_behind(&self, from: Departure, to: Vec3, clearance: f64) -> bool {
         from.plane.is_some_and(|plane| {
             let plane = self.index.plane(plane);
-            let (here, there) = (plane.height(from.origin), plane.height(to));
+            let (here, there) = (plane.height(from.origin.as_dvec3()), plane.height(to.as_dvec3()));
             here * there < 0.0 && there.abs() > clearance
         })
     }

@@ -38,12 +38,7 @@ const LEAST_SLOPE: f32 = 1e-30;
 
 impl LocalPlane {
     /// Signed height of a local point over the plane [m].
-    pub(crate) fn height(&self, point: Vec3) -> f64 {
-        self.height_of(point.as_dvec3())
-    }
-
-    /// Signed height of a local point over the plane [m].
-    pub(crate) fn height_of(&self, point: DVec3) -> f64 {
+    pub(crate) fn height(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
     }
 }

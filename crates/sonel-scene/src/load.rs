@@ -189,12 +189,11 @@ pub fn read_variants(
 ) -> Result<Vec<Material>, SceneErrors> {
     let own = Value::table([(name, Value::table([("variants", variants)]))]);
     let (entries, report) = (Entries::made([("materials", own)]), Report::new(label, None));
-    let bands = BandChoice::certain(bands.clone());
+    let sources = library::MaterialSources::shipped(BandChoice::certain(bands.clone()));
     let document = Table::document(&entries, &report);
     let table = document.table("materials").and_then(|section| section.table(name));
     let found = materials.iter().find(|material| material.name == name).zip(table);
-    let sources = library::MaterialSources::default();
-    let variants = found.map(|(material, own)| materials::variants_of(material, &own, &bands, &sources));
+    let variants = found.map(|(material, own)| materials::variants_of(material, &own, &sources));
     report.finish()?;
     Ok(variants.unwrap_or_default())
 }
@@ -230,8 +229,8 @@ pub fn load_materials(
 fn only_materials(entries: &Entries, bands: &Bands, report: Report) -> Result<Vec<Material>, SceneErrors> {
     let document = Table::document(entries, &report);
     document.allow_only(&["materials"]);
-    let bands = BandChoice::certain(bands.clone());
-    let (materials, tables) = materials::read(&document, &bands, &library::MaterialSources::default());
+    let sources = library::MaterialSources::shipped(BandChoice::certain(bands.clone()));
+    let (materials, tables) = materials::read(&document, &sources);
     for interface in regions::interfaces(&tables) {
         let message = format!("{}: a map keeps its interfaces; remove the table", interface.path);
         report.problem(interface.at, message);
@@ -321,10 +320,11 @@ fn compile(
     let name = read_name(document);
     let bands = bands::read(document);
     let air = air::read(document);
-    let material_sources = library::read_material_sources(document, open_mesh);
-    let (materials, tables) = materials::read(document, &bands, &material_sources);
-    let mut variants = materials::read_variants(&materials, &tables, &bands, &material_sources);
-    let designs = designs::read(document, &materials, &tables, &mut variants, &bands, &material_sources);
+    let read_with = library::read_material_sources(document, bands, open_mesh);
+    let (materials, tables) = materials::read(document, &read_with);
+    let mut variants = materials::read_variants(&materials, &tables, &read_with);
+    let designs = designs::read(document, &materials, &tables, &mut variants, &read_with);
+    let bands = read_with.bands;
     let interfaces = regions::interfaces(&tables);
     let regions = regions::read(document, &air, &bands);
     let up = walls::read_up(document);

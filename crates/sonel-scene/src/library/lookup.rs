@@ -9,9 +9,9 @@ use crate::suggest::suggest;
 /// Names listed where none is near the one asked for: two lines of a message.
 const MOST_NAMES: usize = 12;
 
-/// Libraries of a scene: its own files, then the shipped one.
-#[derive(Default)]
+/// What materials are read with: the bands of a scene and its libraries, its own files, then the shipped one.
 pub(crate) struct MaterialSources {
+    pub(crate) bands: BandChoice,
     /// Entries of the scene's material files.
     entries: Vec<LibraryEntry>,
     /// Whether a file was not readable, so that a missing name means nothing.
@@ -27,8 +27,12 @@ pub(crate) struct Borrowed {
 }
 
 /// Reads `material_files`.
-pub(crate) fn read_material_sources(document: &Table<'_>, open: Open<'_>) -> MaterialSources {
-    let mut sources = MaterialSources::default();
+pub(crate) fn read_material_sources(
+    document: &Table<'_>,
+    bands: BandChoice,
+    open: Open<'_>,
+) -> MaterialSources {
+    let mut sources = MaterialSources::shipped(bands);
     let paths = document.get("material_files").map_or(Vec::new(), |entry| entry.texts());
     for (path, entry) in paths {
         let found = entry.file(path, open).and_then(|bytes| entry.report.sound(path, read(path, &bytes)));
@@ -39,12 +43,18 @@ pub(crate) fn read_material_sources(document: &Table<'_>, open: Open<'_>) -> Mat
 }
 
 impl MaterialSources {
+    /// The shipped library alone.
+    pub(crate) fn shipped(bands: BandChoice) -> Self {
+        Self { bands, entries: Vec::new(), lacks_files: false }
+    }
+
     fn all(&self) -> impl Iterator<Item = &LibraryEntry> {
         self.entries.iter().chain(shipped())
     }
 
     /// What `library` of a material brings: a name, or several whose later ones add what the earlier ones lack.
-    pub(crate) fn borrow(&self, table: &Table<'_>, bands: &BandChoice) -> Borrowed {
+    pub(crate) fn borrow(&self, table: &Table<'_>) -> Borrowed {
+        let bands = &self.bands;
         let mut borrowed = Borrowed::default();
         let names = table.get("library").map_or(Vec::new(), |entry| entry.texts());
         for (name, entry) in names {

@@ -4,7 +4,6 @@ use sonel_acoustics::Material;
 
 use super::materials::read_variant;
 use crate::Design;
-use crate::bands::BandChoice;
 use crate::document::Table;
 use crate::library::MaterialSources;
 use crate::suggest::suggest;
@@ -20,7 +19,6 @@ pub(crate) fn read(
     materials: &[Material],
     tables: &[Table<'_>],
     variants: &mut Vec<Vec<Material>>,
-    bands: &BandChoice,
     sources: &MaterialSources,
 ) -> Vec<Design> {
     let Some(table) = document.table(SECTION) else { return Vec::new() };
@@ -44,7 +42,7 @@ pub(crate) fn read(
                 continue;
             }
             let Some(table) = entry.table() else { continue };
-            let variant = read_variant(&materials[index], &table, bands, sources);
+            let variant = read_variant(&materials[index], &table, sources);
             if variant == materials[index] {
                 continue;
             }

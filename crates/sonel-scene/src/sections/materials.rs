@@ -30,17 +30,13 @@ const VARIANTS: &str = "variants";
 const ROUNDING: f64 = 1e-12;
 
 /// Reads every material, in the order of the file, and its table. A material with problems is there too, so that its name is known.
-pub(crate) fn read<'t>(
-    document: &Table<'t>,
-    bands: &BandChoice,
-    material_sources: &MaterialSources,
-) -> (Vec<Material>, Vec<Table<'t>>) {
+pub(crate) fn read<'t>(document: &Table<'t>, sources: &MaterialSources) -> (Vec<Material>, Vec<Table<'t>>) {
     let section = document.table("materials");
     let tables = section.iter().flat_map(Table::in_file_order);
     let read = |(name, entry): (&str, Entry<'t>)| {
         let table = entry.table()?;
         table.allow_only(&KEYS);
-        Some((read_one(name, None, &table, bands, material_sources), table))
+        Some((read_one(name, None, &table, sources), table))
     };
     tables.filter_map(read).unzip()
 }
@@ -54,38 +50,27 @@ pub(crate) fn is_interface(table: &Table<'_>) -> bool {
 pub(crate) fn read_variants(
     materials: &[Material],
     tables: &[Table<'_>],
-    bands: &BandChoice,
-    material_sources: &MaterialSources,
+    sources: &MaterialSources,
 ) -> Vec<Vec<Material>> {
-    let of_material = |(material, own)| variants_of(material, own, bands, material_sources);
+    let of_material = |(material, own)| variants_of(material, own, sources);
     let variants: Vec<Vec<Material>> = materials.iter().zip(tables).map(of_material).collect();
     if variants.iter().all(Vec::is_empty) { Vec::new() } else { variants }
 }
 
 /// Reads the variants of one material from its `own` table.
-pub(crate) fn variants_of(
-    material: &Material,
-    own: &Table<'_>,
-    bands: &BandChoice,
-    material_sources: &MaterialSources,
-) -> Vec<Material> {
+pub(crate) fn variants_of(material: &Material, own: &Table<'_>, sources: &MaterialSources) -> Vec<Material> {
     let Some(list) = own.get(VARIANTS).filter(|_| own.get("interface").is_none()) else { return Vec::new() };
     if !list.is_list() {
         return list.refused("expected a list of tables such as [{ absorption = 0.9 }]").unwrap_or_default();
     }
     let tables = list.tables("{");
-    tables.iter().map(|table| read_variant(material, table, bands, material_sources)).collect()
+    tables.iter().map(|table| read_variant(material, table, sources)).collect()
 }
 
 /// Reads a variant of `material`; what it does not state is as in the material.
-pub(crate) fn read_variant(
-    material: &Material,
-    table: &Table<'_>,
-    bands: &BandChoice,
-    material_sources: &MaterialSources,
-) -> Material {
+pub(crate) fn read_variant(material: &Material, table: &Table<'_>, sources: &MaterialSources) -> Material {
     table.allow_only(&VARIANT_KEYS);
-    read_one(&material.name, Some(material), table, bands, material_sources)
+    read_one(&material.name, Some(material), table, sources)
 }
 
 /// Reports what a material cannot be: at the key that makes it so, or for what a variant has from its material at the variant.
@@ -134,14 +119,14 @@ fn read_one(
     name: &str,
     original: Option<&Material>,
     table: &Table<'_>,
-    bands: &BandChoice,
-    material_sources: &MaterialSources,
+    sources: &MaterialSources,
 ) -> Material {
+    let bands = &sources.bands;
     if is_interface(table) {
         return read_interface(name, table, bands);
     }
     let before = table.report.problem_count();
-    let mut borrowed = material_sources.borrow(table, bands);
+    let mut borrowed = sources.borrow(table);
     if let Some(Material { absorption, scattering, .. }) = original {
         borrowed.absorption.get_or_insert_with(|| absorption.clone());
         borrowed.scattering.get_or_insert_with(|| scattering.clone());
