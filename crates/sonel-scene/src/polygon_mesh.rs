@@ -4,7 +4,8 @@ use std::io::{self, Write};
 
 use glam::DVec3;
 
-use crate::obj::{Collector, FileTerms, LineProblem, Polygons};
+use crate::formats::Collector;
+use crate::obj::{FileTerms, LineProblem, Polygons};
 
 /// Polygons over vertices [m], each of a material. They are plane, of either sense, with three corners or more.
 #[derive(Clone, Debug, Default)]

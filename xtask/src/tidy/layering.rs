@@ -86,6 +86,7 @@ const HOMES: [(&str, &[&str]); 46] = [
     ("statrs", &["crates/sonel-testkit"]),
     ("tempfile", &["crates/sonel/", "tools/", "crates/sonel-testkit"]),
     ("tiny_http", &["tools/sonel-view"]),
+    ("tobj", &["crates/sonel-scene"]),
     ("toml", &["crates/sonel-scene", "xtask"]),
     ("toml_edit", &["tools/sonel-view"]),
     ("zip", &["crates/sonel-echogram"]),

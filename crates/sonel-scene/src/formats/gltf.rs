@@ -14,8 +14,9 @@ use gltf::accessor::{DataType, Dimensions};
 use gltf::mesh::Mode;
 use gltf::{Accessor, Document, Node, Primitive};
 
+use super::collector::Collector;
 use super::{Open, ROTATION_ROUNDING, float, right_angled};
-use crate::obj::{Collector, FileTerms, LineProblem, NAMELESS, Polygons, and_more};
+use crate::obj::{FileTerms, LineProblem, NAMELESS, Polygons, and_more};
 
 /// Deepest nesting of nodes. Chosen: it bounds the recursion's stack; exporters nest some tens deep.
 const DEEPEST: usize = 200;

@@ -3,6 +3,7 @@
 //! The format is told by the first bytes where they are a signature, else by the ending of the name, else the file is OBJ.
 //! Names are what the scene file calls materials: `usemtl`, a glTF material, an STL solid, a PLY colour, a DXF layer.
 
+mod collector;
 mod dxf;
 mod gltf;
 mod ply;
@@ -13,6 +14,8 @@ use std::io;
 use glam::DMat3;
 
 use crate::obj::{self, LineProblem, Polygons};
+
+pub(crate) use collector::Collector;
 
 /// Opens a file by its path relative to the scene file.
 pub(crate) type Open<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;

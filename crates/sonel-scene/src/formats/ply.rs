@@ -7,8 +7,9 @@ use glam::{DVec3, dvec3};
 use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
+use super::collector::Collector;
 use super::color_name;
-use crate::obj::{Collector, FileTerms, LineProblem, NAMELESS, Polygons};
+use crate::obj::{FileTerms, LineProblem, NAMELESS, Polygons};
 
 /// Elements read of a vertex or a face.
 #[derive(Default)]

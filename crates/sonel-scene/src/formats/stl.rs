@@ -8,8 +8,9 @@
 
 use glam::{DVec3, dvec3};
 
+use super::collector::Collector;
 use super::{color_name, float};
-use crate::obj::{Collector, FileTerms, LineProblem, NAMELESS, Polygons};
+use crate::obj::{FileTerms, LineProblem, NAMELESS, Polygons};
 
 /// Header and count of a binary file.
 const BEGIN: usize = 84;

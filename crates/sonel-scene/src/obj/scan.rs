@@ -1,9 +1,7 @@
-//! Reads an OBJ file line by line: problems with their place, and the polygons.
+//! Scans an OBJ file line by line: problems with their place, and a cleaned text for the parser.
 
-use glam::DVec3;
+use std::collections::HashMap;
 
-use super::collector::Collector;
-use super::polygons::Polygons;
 use crate::{Place, Problem};
 
 /// The name of surfaces in a file that names nothing.
@@ -35,6 +33,19 @@ pub(crate) struct MaterialName {
     pub(crate) line: usize,
 }
 
+/// Result of the scan of a file.
+#[derive(Default)]
+pub(crate) struct Scan {
+    /// Vertices, then faces with absolute position indices under `usemtl i`, where i indexes `names`.
+    pub(crate) cleaned: String,
+    pub(crate) names: Vec<MaterialName>,
+    /// The line of every face, in the order of the file.
+    pub(crate) face_lines: Vec<usize>,
+    pub(crate) problems: Vec<LineProblem>,
+    /// Lines and what was done about them.
+    pub(crate) notes: Vec<(usize, String)>,
+}
+
 /// Statements without meaning for walls.
 const IGNORED: [&str; 9] = ["vt", "vn", "s", "mtllib", "usemap", "maplib", "lod", "shadow_obj", "trace_obj"];
 /// Statements of curves and curved surfaces.
@@ -42,11 +53,8 @@ const FREE_FORM: [&str; 9] = ["vp", "cstype", "deg", "bmat", "step", "curv", "cu
 /// The rest of them, and display attributes of curves.
 const FREE_FORM_BODY: [&str; 9] = ["trim", "hole", "scrv", "sp", "end", "con", "mg", "bevel", "stech"];
 
-/// Reads a whole file; bytes that are no UTF-8 are replaced, they can only stand in names and comments.
-///
-/// # Errors
-/// Every problem of the file, in any order.
-pub(crate) fn read(bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
+/// Scans a whole file; bytes that are no UTF-8 are replaced, they can only stand in names and comments.
+pub(crate) fn scan(bytes: &[u8]) -> Scan {
     let text = String::from_utf8_lossy(bytes);
     let mut scanner = Scanner::default();
     let mut lines = text.lines().enumerate();
@@ -69,30 +77,32 @@ fn without_comment(line: &str) -> &str {
 
 #[derive(Default)]
 struct Scanner {
-    collector: Collector,
-    /// Vertices in the order of the file.
-    vertices: Vec<DVec3>,
-    /// Numbers of the corners' vertices, from 1, face after face; they may follow the face.
-    corners: Vec<u64>,
-    /// Where the corners of each face end, the index of its name, and its line.
-    faces: Vec<(usize, usize, usize)>,
-    /// Index of the name of the next face; 0 before any.
-    name: usize,
+    scan: Scan,
+    vertices: String,
+    vertex_count: u64,
+    faces: String,
+    indices_of_names: HashMap<String, usize>,
     has_material: bool,
     has_group: bool,
     /// First line and count of faces before any `usemtl`.
     bare_faces: Option<(usize, usize)>,
     /// First line and count of points and lines.
     wires: Option<(usize, usize)>,
+    /// Lines and indices that lie beyond the vertices read so far; the vertices may follow.
+    forward: Vec<(usize, u64)>,
 }
 
 /// Counts one more, remembering the first line.
-pub(super) fn count(seen: &mut Option<(usize, usize)>, line: usize) {
+fn count(seen: &mut Option<(usize, usize)>, line: usize) {
     let (first, before) = seen.unwrap_or((line, 0));
     *seen = Some((first, before + 1));
 }
 
 impl Scanner {
+    fn problem(&mut self, line: usize, message: impl Into<String>) {
+        self.scan.problems.push(LineProblem { line, message: message.into() });
+    }
+
     fn statement(&mut self, line: usize, statement: &str) {
         let mut words = statement.split_whitespace();
         let Some(keyword) = words.next() else { return };
@@ -105,51 +115,58 @@ impl Scanner {
             "l" | "p" => count(&mut self.wires, line),
             _ if IGNORED.contains(&keyword) => {}
             _ if FREE_FORM.contains(&keyword) || FREE_FORM_BODY.contains(&keyword) => {
-                self.collector
-                    .problem(line, format!("{keyword}: curved surfaces are not read; export polygons"));
+                self.problem(line, format!("{keyword}: curved surfaces are not read; export polygons"));
             }
-            _ => self.collector.problem(line, format!("`{}` is not an OBJ statement", shortened(keyword))),
+            _ => self.problem(line, format!("`{}` is not an OBJ statement", shortened(keyword))),
         }
     }
 
     fn vertex<'w>(&mut self, line: usize, words: impl Iterator<Item = &'w str>) {
+        self.vertex_count += 1;
         // What may follow are a weight of free-form curves or a colour.
-        let words: Vec<&str> = words.take(3).collect();
-        let mut position = DVec3::ZERO;
-        if words.len() < 3 {
-            self.collector.problem(line, format!("v: {} coordinates; a vertex has three", words.len()));
-        } else {
-            for (axis, word) in words.into_iter().enumerate() {
-                match word.parse::<f64>() {
-                    Ok(number) if number.is_finite() => position[axis] = number,
-                    Ok(_) => {
-                        self.collector.problem(line, format!("v: {} is not a finite number", shortened(word)))
-                    }
-                    Err(_) => {
-                        self.collector.problem(line, format!("v: `{}` is not a number", shortened(word)))
-                    }
-                }
+        let coordinates: Vec<&str> = words.take(3).collect();
+        if coordinates.len() < 3 {
+            self.problem(line, format!("v: {} coordinates; a vertex has three", coordinates.len()));
+            return;
+        }
+        for word in &coordinates {
+            match word.parse::<f64>() {
+                Ok(number) if number.is_finite() => {}
+                Ok(_) => self.problem(line, format!("v: {} is not a finite number", shortened(word))),
+                Err(_) => self.problem(line, format!("v: `{}` is not a number", shortened(word))),
             }
         }
-        self.vertices.push(position);
+        self.vertices.push_str("v ");
+        self.vertices.push_str(&coordinates.join(" "));
+        self.vertices.push('\n');
     }
 
     fn group(&mut self, line: usize, statement: &str) {
         let name = statement.trim()[1..].trim();
         if !self.has_material && !name.is_empty() {
             self.has_group = true;
-            self.name = self.collector.name(name, line);
+            self.begin(line, name);
         }
     }
 
     fn material(&mut self, line: usize, statement: &str) {
         let name = statement.trim().trim_start_matches("usemtl").trim();
         if name.is_empty() {
-            self.collector.problem(line, "usemtl: no name; write the name of a material");
+            self.problem(line, "usemtl: no name; write the name of a material");
             return;
         }
         self.has_material = true;
-        self.name = self.collector.name(name, line);
+        self.begin(line, name);
+    }
+
+    /// Faces from here on have this name.
+    fn begin(&mut self, line: usize, name: &str) {
+        let next = self.scan.names.len();
+        let index = *self.indices_of_names.entry(name.to_owned()).or_insert(next);
+        if index == next {
+            self.scan.names.push(MaterialName { name: name.to_owned(), line });
+        }
+        self.faces.push_str(&format!("usemtl {index}\n"));
     }
 
     fn face<'w>(&mut self, line: usize, words: impl Iterator<Item = &'w str>) {
@@ -159,66 +176,65 @@ impl Scanner {
         let words: Vec<&str> = words.collect();
         let corners: Vec<u64> = words.iter().filter_map(|word| self.corner(line, word)).collect();
         if words.len() < 3 {
-            self.collector.problem(line, format!("f: {} corners; a face has at least three", words.len()));
+            self.problem(line, format!("f: {} corners; a face has at least three", words.len()));
         }
         if let Some(twice) = repeated(&corners) {
-            self.collector.problem(line, format!("f: vertex {twice} occurs twice; split the face"));
+            self.problem(line, format!("f: vertex {twice} occurs twice; split the face"));
         }
-        self.corners.extend(corners);
-        self.faces.push((self.corners.len(), self.name, line));
+        self.scan.face_lines.push(line);
+        self.faces.push('f');
+        for corner in corners {
+            self.faces.push_str(&format!(" {corner}"));
+        }
+        self.faces.push('\n');
     }
 
     /// The absolute index, from 1, of the vertex of a word such as `7`, `7/1/2`, `7//2` or `-1`.
     fn corner(&mut self, line: usize, word: &str) -> Option<u64> {
         let index = word.split('/').next().unwrap_or("");
         let Ok(number) = index.parse::<i64>() else {
-            self.collector.problem(line, format!("f: `{}` is not a vertex index", shortened(word)));
+            self.problem(line, format!("f: `{}` is not a vertex index", shortened(word)));
             return None;
         };
-        let count = self.vertices.len() as u64;
         let absolute = match number {
             1.. => Some(number.unsigned_abs()),
             0 => None,
-            _ => (count + 1).checked_sub(number.unsigned_abs()).filter(|index| *index > 0),
+            _ => (self.vertex_count + 1).checked_sub(number.unsigned_abs()).filter(|index| *index > 0),
         };
-        if absolute.is_none() {
-            self.collector
-                .problem(line, format!("f: no vertex {number}: {count} are defined so far, counted from 1"));
+        let Some(absolute) = absolute else {
+            let count = self.vertex_count;
+            self.problem(line, format!("f: no vertex {number}: {count} are defined so far, counted from 1"));
+            return None;
+        };
+        if absolute > self.vertex_count {
+            self.forward.push((line, absolute));
         }
-        absolute
+        Some(absolute)
     }
 
-    fn finish(mut self) -> Result<Polygons, Vec<LineProblem>> {
-        let mut begin = 0;
-        for &(end, name, line) in &self.faces {
-            let count = self.vertices.len();
-            let vertex = |&index: &u64| self.vertices.get(index as usize - 1);
-            let corners = &self.corners[begin..end];
-            for index in corners.iter().filter(|index| vertex(index).is_none()) {
-                self.collector.problem(line, format!("f: no vertex {index}: the file has {count}"));
+    fn finish(mut self) -> Scan {
+        for (line, index) in std::mem::take(&mut self.forward) {
+            if index > self.vertex_count {
+                let count = self.vertex_count;
+                self.problem(line, format!("f: no vertex {index}: the file has {count}"));
             }
-            self.collector.outline(corners.iter().filter_map(vertex).copied(), name, line);
-            begin = end;
         }
-        if let Some((line, count)) = self.bare_faces {
+        if let (Some((line, _)), true) = (self.bare_faces, self.scan.names.is_empty()) {
             // A file that names nothing has one material.
-            let is_named = self.has_material || self.has_group;
-            if is_named {
-                self.collector.problem(
-                    line,
-                    format!("f: no usemtl names the material of this face{}", and_more(count)),
-                );
-            } else {
-                self.collector.name(NAMELESS, line);
-            }
+            self.scan.names.push(MaterialName { name: NAMELESS.to_owned(), line });
+            self.faces.insert_str(0, "usemtl 0\n");
+        } else if let Some((line, count)) = self.bare_faces {
+            self.problem(line, format!("f: no usemtl names the material of this face{}", and_more(count)));
         }
-        if self.faces.is_empty() {
-            self.collector.problem(1, "the mesh has no face; export polygons");
+        if self.scan.face_lines.is_empty() {
+            self.problem(1, "the mesh has no face; export polygons");
         }
         if let Some((line, count)) = self.wires {
-            self.collector.notes.push((line, format!("the point or line was ignored{}", and_more(count))));
+            self.scan.notes.push((line, format!("the point or line was ignored{}", and_more(count))));
         }
-        self.collector.finish()
+        let mut scan = self.scan;
+        scan.cleaned = "mtllib names\n".to_owned() + &self.vertices + &self.faces;
+        scan
     }
 }
 

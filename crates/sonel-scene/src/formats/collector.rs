@@ -5,11 +5,11 @@ use std::fmt::Display;
 
 use glam::DVec3;
 
-use super::polygons::{Face, FileTerms, Polygons, Vertices};
-use super::scan::{LineProblem, MaterialName, NAMELESS, and_more, count, repeated};
+use crate::obj::{
+    Face, FileTerms, LineProblem, MaterialName, NAMELESS, Polygons, Vertices, and_more, repeated,
+};
 
 /// Faces read so far and what is wrong with them.
-#[derive(Default)]
 pub(crate) struct Collector {
     terms: FileTerms,
     vertices: Vertices,
@@ -28,7 +28,18 @@ pub(crate) struct Collector {
 
 impl Collector {
     pub(crate) fn new(terms: FileTerms) -> Self {
-        Self { terms, ..Self::default() }
+        Self {
+            terms,
+            vertices: Vertices::default(),
+            corners: Vec::new(),
+            faces: Vec::new(),
+            names: Vec::new(),
+            indices_of_names: HashMap::new(),
+            flat: None,
+            points: Vec::new(),
+            notes: Vec::new(),
+            problems: Vec::new(),
+        }
     }
 
     /// Whether there is any face.
@@ -45,7 +56,8 @@ impl Collector {
     /// its number from 1.
     pub(crate) fn face(&mut self, corners: &[DVec3], name: &str, place: usize) {
         if let Some(corner) = corners.iter().find(|corner| !corner.is_finite()) {
-            return self.problem(place, format!("a coordinate is not a finite number: {corner}"));
+            self.problem(place, format!("a coordinate is not a finite number: {corner}"));
+            return;
         }
         let start = self.corners.len();
         for corner in corners {
@@ -62,13 +74,18 @@ impl Collector {
         // Of three corners more than a triangle is a line that is walked there and back.
         if different < 3 || different == 3 && outline.len() > 3 {
             self.corners.truncate(start);
-            return count(&mut self.flat, place);
+            let (first, before) = self.flat.unwrap_or((place, 0));
+            self.flat = Some((first, before + 1));
+            return;
         }
         if let Some(twice) = repeated(outline) {
             self.corners.truncate(start);
             let corner = self.vertices.positions[twice as usize];
-            let message = format!("the corner at {corner} occurs twice in the outline; split the face");
-            return self.problem(place, message);
+            self.problem(
+                place,
+                format!("the corner at {corner} occurs twice in the outline; split the face"),
+            );
+            return;
         }
         let name = self.name(name.trim(), place);
         self.faces.push(Face { corners: start..self.corners.len(), name, line: place });
@@ -92,15 +109,7 @@ impl Collector {
         }
     }
 
-    /// Adds a polygon with the index of its name, as it is.
-    pub(crate) fn outline(&mut self, corners: impl Iterator<Item = DVec3>, name: usize, place: usize) {
-        let start = self.corners.len();
-        self.corners.extend(corners.map(|corner| self.vertices.index_of(corner)));
-        self.faces.push(Face { corners: start..self.corners.len(), name, line: place });
-    }
-
-    /// Index of a name.
-    pub(crate) fn name(&mut self, name: &str, place: usize) -> usize {
+    fn name(&mut self, name: &str, place: usize) -> usize {
         let name = if name.is_empty() { NAMELESS } else { name };
         if let Some(index) = self.indices_of_names.get(name) {
             return *index;
