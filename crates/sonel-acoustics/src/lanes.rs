@@ -146,121 +146,93 @@ macro_rules! operators {
 operators!(Add add AddAssign add_assign, Sub sub SubAssign sub_assign, Mul mul MulAssign mul_assign, Div div DivAssign div_assign);
 
 /// Arithmetic of the values of all bands; operands have as many bands.
-pub trait BandValues {
+pub trait BandValues: AsRef<[Lanes]> + AsMut<[Lanes]> {
     /// Value of `band`.
-    fn band(&self, band: usize) -> f64;
-
-    /// Value of `band`.
-    fn band_mut(&mut self, band: usize) -> &mut f64;
-
-    /// Values in the order of the bands, with the zeros behind.
-    fn values(&self) -> impl Iterator<Item = f64>;
-
-    /// The same to be changed.
-    fn values_mut(&mut self) -> impl Iterator<Item = &mut f64>;
-
-    /// The largest value, at least 0.
-    fn largest(&self) -> f64;
-
-    /// Adds `other`.
-    fn add(&mut self, other: &[Lanes]);
-
-    /// Subtracts `other`.
-    fn subtract(&mut self, other: &[Lanes]);
-
-    /// Adds `weight` times `other`.
-    fn add_times(&mut self, other: &[Lanes], weight: f64);
-
-    /// Adds the product of `a` and `b`.
-    fn add_product(&mut self, a: &[Lanes], b: &[Lanes]);
-
-    /// Multiplies by `factors`.
-    fn multiply(&mut self, factors: &[Lanes]);
-
-    /// Multiplies every band by `factor`.
-    fn scale(&mut self, factor: f64);
-
-    /// Divides every band by `divisor`.
-    fn divide(&mut self, divisor: f64);
-
-    /// Becomes `weight` times `other`.
-    fn set_times(&mut self, other: &[Lanes], weight: f64);
-
-    /// Becomes the product of `a`, `b` and `scale`, in this order.
-    fn set_product(&mut self, a: &[Lanes], b: &[Lanes], scale: f64);
-}
-
-impl BandValues for [Lanes] {
     #[inline]
     fn band(&self, band: usize) -> f64 {
-        self[band / Lanes::COUNT][band % Lanes::COUNT]
+        self.as_ref()[band / Lanes::COUNT][band % Lanes::COUNT]
     }
 
+    /// Value of `band`.
     #[inline]
     fn band_mut(&mut self, band: usize) -> &mut f64 {
-        &mut self[band / Lanes::COUNT][band % Lanes::COUNT]
+        &mut self.as_mut()[band / Lanes::COUNT][band % Lanes::COUNT]
     }
 
+    /// Values in the order of the bands, with the zeros behind.
     #[inline]
     fn values(&self) -> impl Iterator<Item = f64> {
-        bytemuck::cast_slice(self).iter().copied()
+        bytemuck::cast_slice(self.as_ref()).iter().copied()
     }
 
+    /// The same to be changed.
     #[inline]
     fn values_mut(&mut self) -> impl Iterator<Item = &mut f64> {
-        bytemuck::cast_slice_mut(self).iter_mut()
+        bytemuck::cast_slice_mut(self.as_mut()).iter_mut()
     }
 
+    /// The largest value, at least 0.
     #[inline]
     fn largest(&self) -> f64 {
-        self.iter().fold(Lanes::ZERO, |largest, &lanes| largest.max(lanes)).largest()
+        self.as_ref().iter().fold(Lanes::ZERO, |largest, &lanes| largest.max(lanes)).largest()
     }
 
+    /// Adds `other`.
     #[inline]
     fn add(&mut self, other: &[Lanes]) {
-        self.iter_mut().zip(other).for_each(|(sum, &other)| *sum += other);
+        self.as_mut().iter_mut().zip(other).for_each(|(sum, &other)| *sum += other);
     }
 
+    /// Subtracts `other`.
     #[inline]
     fn subtract(&mut self, other: &[Lanes]) {
-        self.iter_mut().zip(other).for_each(|(sum, &other)| *sum -= other);
+        self.as_mut().iter_mut().zip(other).for_each(|(sum, &other)| *sum -= other);
     }
 
+    /// Adds `weight` times `other`.
     #[inline]
     fn add_times(&mut self, other: &[Lanes], weight: f64) {
-        self.iter_mut().zip(other).for_each(|(sum, &other)| *sum += other * weight);
+        self.as_mut().iter_mut().zip(other).for_each(|(sum, &other)| *sum += other * weight);
     }
 
+    /// Adds the product of `a` and `b`.
     #[inline]
     fn add_product(&mut self, a: &[Lanes], b: &[Lanes]) {
-        self.iter_mut().zip(a).zip(b).for_each(|((sum, &a), &b)| *sum += a * b);
+        self.as_mut().iter_mut().zip(a).zip(b).for_each(|((sum, &a), &b)| *sum += a * b);
     }
 
+    /// Multiplies by `factors`.
     #[inline]
     fn multiply(&mut self, factors: &[Lanes]) {
-        self.iter_mut().zip(factors).for_each(|(product, &factor)| *product *= factor);
+        self.as_mut().iter_mut().zip(factors).for_each(|(product, &factor)| *product *= factor);
     }
 
+    /// Multiplies every band by `factor`.
     #[inline]
     fn scale(&mut self, factor: f64) {
-        self.iter_mut().for_each(|lanes| *lanes *= factor);
+        self.as_mut().iter_mut().for_each(|lanes| *lanes *= factor);
     }
 
+    /// Divides every band by `divisor`.
     #[inline]
     fn divide(&mut self, divisor: f64) {
-        self.iter_mut().for_each(|lanes| *lanes /= divisor);
+        self.as_mut().iter_mut().for_each(|lanes| *lanes /= divisor);
     }
 
+    /// Becomes `weight` times `other`.
     #[inline]
     fn set_times(&mut self, other: &[Lanes], weight: f64) {
-        self.iter_mut().zip(other).for_each(|(out, &other)| *out = other * weight);
+        self.as_mut().iter_mut().zip(other).for_each(|(out, &other)| *out = other * weight);
     }
 
+    /// Becomes the product of `a`, `b` and `scale`, in this order.
     #[inline]
     fn set_product(&mut self, a: &[Lanes], b: &[Lanes], scale: f64) {
-        self.iter_mut().zip(a).zip(b).for_each(|((out, &a), &b)| *out = a * b * scale);
+        self.as_mut().iter_mut().zip(a).zip(b).for_each(|((out, &a), &b)| *out = a * b * scale);
     }
 }
+
+impl BandValues for [Lanes] {}
 
 #[cfg(test)]
 mod tests {

@@ -28,14 +28,11 @@ pub use balloon::{Balloon, BalloonError, Radiation};
 pub use bands::{BandError, BandWidth, Bands};
 pub use directivity::{Directivity, Pattern, UnknownDirectivity};
 pub use lanes::{BandValues, Lanes, lanes_of, to_lanes};
-pub use levels::{
-    REFERENCE_IMPEDANCE, energy_from_level_db, energy_to_level_db, level_db, strength_db,
-    strength_to_level_db,
-};
+pub use levels::{REFERENCE_IMPEDANCE, energy_from_level_db, energy_to_level_db, level_db, strength_db};
 pub use material::{Coefficient, Material, MaterialProblem};
 pub use source_change::SourceChange;
 pub use statistics::{
-    equivalent_absorption_area, eyring_time, kuttruff_time, mean_absorption, mean_free_path, sabine_time,
+    equivalent_absorption_area, eyring_time, mean_absorption, mean_free_path, sabine_time,
     schroeder_frequency,
 };
 pub use talker::{TALKER, talker};

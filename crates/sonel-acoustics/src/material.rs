@@ -135,6 +135,12 @@ impl Material {
         1.0 - self.absorption[b] + self.transmission[b]
     }
 
+    /// Whether sound passes in some band.
+    #[must_use]
+    pub fn transmits(&self) -> bool {
+        self.transmission.iter().any(|&transmission| transmission > 0.0)
+    }
+
     /// Everything impossible about this material in `band_count` bands; empty when it is valid.
     pub fn problems(&self, band_count: usize) -> Vec<MaterialProblem> {
         let mut problems = Vec::new();

@@ -3,12 +3,7 @@
 //! All of it assumes one room whose field is diffuse: absorption spread evenly, no dominant dimension, frequencies above
 //! Schroeder's. Each function says when it holds. `air_attenuation` is the energy attenuation m [1/m].
 //!
-//! References: [Sabine1922], [Eyring1930], [Kuttruff2009] §5.3, [Schroeder1962] (docs/references.md).
-
-/// Time in which energy that decays as e^(−c (A + 4mV) t / 4V) falls by 60 dB, to 10⁻⁶ [s].
-fn decay_time(volume: f64, absorption_area: f64, air_attenuation: f64, speed_of_sound: f64) -> f64 {
-    4.0 * libm::log(1e6) * volume / (speed_of_sound * (absorption_area + 4.0 * air_attenuation * volume))
-}
+//! References: [Sabine1922], [Eyring1930], [Schroeder1962] (docs/references.md).
 
 /// Equivalent absorption area ΣS_i α_i of walls given as (area [m²], absorption coefficient) [m²].
 pub fn equivalent_absorption_area(walls: impl IntoIterator<Item = (f64, f64)>) -> f64 {
@@ -30,12 +25,13 @@ pub fn mean_free_path(volume: f64, surface_area: f64) -> f64 {
     4.0 * volume / surface_area
 }
 
-/// Sabine's reverberation time 24 ln 10 · V / (c (A + 4mV)) [s]; infinite when nothing absorbs.
+/// Sabine's reverberation time 24 ln 10 · V / (c (A + 4mV)) [s], in which energy that decays as e^(−c (A + 4mV) t / 4V) falls by 60 dB;
+/// infinite when nothing absorbs.
 ///
 /// `volume` [m³], `absorption_area` A [m²], `air_attenuation` m [1/m], `speed_of_sound` [m/s]. Holds for weak
 /// absorption, mean α below about 0.2; too long beyond (at α = 1 it does not vanish).
 pub fn sabine_time(volume: f64, absorption_area: f64, air_attenuation: f64, speed_of_sound: f64) -> f64 {
-    decay_time(volume, absorption_area, air_attenuation, speed_of_sound)
+    4.0 * libm::log(1e6) * volume / (speed_of_sound * (absorption_area + 4.0 * air_attenuation * volume))
 }
 
 /// Eyring's reverberation time 24 ln 10 · V / (c (−S ln(1−ᾱ) + 4mV)) [s]; 0 at ᾱ = 1, infinite when nothing absorbs.
@@ -50,26 +46,7 @@ pub fn eyring_time(
     speed_of_sound: f64,
 ) -> f64 {
     let exponent = -libm::log1p(-mean_absorption);
-    decay_time(volume, surface_area * exponent, air_attenuation, speed_of_sound)
-}
-
-/// Eyring's time with Kuttruff's correction for the spread of path lengths [s]: the absorption exponent
-/// a = −ln(1−ᾱ) becomes a (1 − γ² a / 2).
-///
-/// `path_length_variance` γ² is the variance of the free paths over their squared mean: about 0.4 in a shoebox of
-/// ordinary proportions, 1/8 in a sphere. Other arguments as in [`eyring_time`]. The first term of a series: holds for
-/// γ² a well below 1 and diffusely reflecting walls.
-pub fn kuttruff_time(
-    volume: f64,
-    surface_area: f64,
-    mean_absorption: f64,
-    path_length_variance: f64,
-    air_attenuation: f64,
-    speed_of_sound: f64,
-) -> f64 {
-    let exponent = -libm::log1p(-mean_absorption);
-    let corrected = exponent * (1.0 - path_length_variance * exponent / 2.0);
-    decay_time(volume, surface_area * corrected, air_attenuation, speed_of_sound)
+    sabine_time(volume, surface_area * exponent, air_attenuation, speed_of_sound)
 }
 
 /// Schroeder's frequency 2000 √(T/V) [Hz] of a room of `volume` [m³] and `reverberation_time` [s].
@@ -90,8 +67,6 @@ mod tests {
         let (volume, surface) = SHOEBOX;
         let eyring = eyring_time(volume, surface, 0.2, 0.0, 343.0);
         assert!((eyring - 0.849).abs() < 5e-4, "{eyring}");
-        let kuttruff = kuttruff_time(volume, surface, 0.2, 0.4, 0.0, 343.0);
-        assert!((kuttruff - 0.889).abs() < 1e-3, "{kuttruff}");
     }
 
     #[test]

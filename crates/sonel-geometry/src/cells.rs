@@ -18,7 +18,6 @@ use foldhash::HashMap;
 use glam::DVec3;
 use smallvec::SmallVec;
 use std::collections::{BTreeMap, BinaryHeap};
-use std::f64::consts::TAU;
 
 /// Largest share of a closed cell's area that its cracks have [1]. Chosen, not measured: they absorb as α = 0.001 would everywhere; doubled,
 /// a room with such gaps is closed too.
@@ -60,6 +59,7 @@ pub(crate) struct Cell {
 }
 
 /// Input of the search for cells.
+#[derive(Default)]
 pub(crate) struct Drawing<'a> {
     pub edges: &'a [SharedEdge],
     pub cracks: &'a [Facing],
@@ -313,8 +313,7 @@ fn beside(mesh: &Mesh, sides: &[u32], step: f64) -> DVec3 {
     let largest = sides.iter().max_by(|a, b| area(a).total_cmp(&area(b)).then(b.cmp(a)));
     let side = *largest.expect("a boundary has sides");
     let [a, b, c] = mesh.corners(side / 2);
-    let normal = mesh.vector_area(side / 2).normalize_or_zero() * if side % 2 == 0 { 1.0 } else { -1.0 };
-    (a + b + c) / 3.0 + step * normal
+    (a + b + c) / 3.0 + step * mesh.outward(side)
 }
 
 /// The sides of triangles: 2 t is the front of triangle t, 2 t + 1 its back.
@@ -332,7 +331,9 @@ impl Sides<'_> {
             return;
         }
         if faces.len() > 2 {
-            faces = self.sorted(edge, faces);
+            let first = faces[0];
+            let turn = |face: &u32| edge.turn(self.mesh, first, *face);
+            faces.sort_by(|a, b| turn(a).total_cmp(&turn(b)).then(a.cmp(b)));
         }
         for (at, &face) in faces.iter().enumerate() {
             let next = faces[(at + 1) % faces.len()];
@@ -341,20 +342,6 @@ impl Sides<'_> {
             let behind = 2 * next + u32::from(edge.is_ahead(self.mesh, next));
             self.connected.join(ahead, behind);
         }
-    }
-
-    /// Faces at an edge in the order of their angles about it.
-    fn sorted(&self, edge: &SharedEdge, faces: SmallVec<[u32; 2]>) -> SmallVec<[u32; 2]> {
-        let along = edge.along(self.mesh);
-        let origin = edge.inward(self.mesh, faces[0]);
-        let quarter = along.cross(origin);
-        let turn = |face: u32| {
-            let inward = edge.inward(self.mesh, face);
-            libm::atan2(inward.dot(quarter), inward.dot(origin)).rem_euclid(TAU)
-        };
-        let mut turns: Vec<(f64, u32)> = faces.into_iter().map(|face| (turn(face), face)).collect();
-        turns.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        turns.into_iter().map(|(_, face)| face).collect()
     }
 
     /// Joins the sides of two faces on either side of a crack.
@@ -383,15 +370,10 @@ impl Sides<'_> {
     }
 
     fn boundaries(&mut self, is_taken: &[bool], cracks: &[Facing]) -> Vec<Boundary> {
-        let mut known: HashMap<u32, usize> = HashMap::default();
-        let mut sides: Vec<Vec<u32>> = Vec::new();
-        for side in (0..2 * is_taken.len() as u32).filter(|side| is_taken[*side as usize / 2]) {
-            let index = *known.entry(self.connected.root(side)).or_insert_with(|| {
-                sides.push(Vec::new());
-                sides.len() - 1
-            });
-            sides[index].push(side);
-        }
+        let taken = (0..2 * is_taken.len() as u32).filter(|side| is_taken[*side as usize / 2]);
+        let sides = self.connected.groups(taken);
+        let known: HashMap<u32, usize> =
+            sides.iter().map(|sides| self.connected.root(sides[0])).zip(0..).collect();
         let mut boundaries: Vec<Boundary> = sides.into_iter().map(|sides| self.boundary(sides)).collect();
         for Facing { faces: [face, _], crack, .. } in cracks {
             for side in [2 * face, 2 * face + 1] {

@@ -134,7 +134,7 @@ impl Survey<'_> {
 }
 
 /// Groups of segments that continue one another: the same planes and shape, a common vertex, one line.
-fn straight_groups(mesh: &Mesh, segments: &[Segment], tolerance: f64) -> Vec<Vec<usize>> {
+fn straight_groups(mesh: &Mesh, segments: &[Segment], tolerance: f64) -> Vec<Vec<u32>> {
     let mut connected = Connected::new(segments.len());
     let mut at_vertex: HashMap<u32, Vec<usize>> = HashMap::default();
     for (index, segment) in segments.iter().enumerate() {
@@ -148,12 +148,7 @@ fn straight_groups(mesh: &Mesh, segments: &[Segment], tolerance: f64) -> Vec<Vec
             others.push(index);
         }
     }
-    let mut groups: Vec<Vec<usize>> = vec![Vec::new(); segments.len()];
-    for index in 0..segments.len() {
-        groups[connected.root(index as u32) as usize].push(index);
-    }
-    groups.retain(|group| !group.is_empty());
-    groups
+    connected.groups(0..segments.len() as u32)
 }
 
 fn continues(mesh: &Mesh, a: &Segment, b: &Segment, end: u32, tolerance: f64) -> bool {
@@ -171,16 +166,17 @@ fn continues(mesh: &Mesh, a: &Segment, b: &Segment, end: u32, tolerance: f64) ->
 }
 
 /// The edge that a straight group of segments makes.
-fn whole(mesh: &Mesh, segments: &[Segment], group: &[usize]) -> Edge {
-    let first = &segments[group[0]];
+fn whole(mesh: &Mesh, segments: &[Segment], group: &[u32]) -> Edge {
+    let segments = || group.iter().map(|&index| &segments[index as usize]);
+    let first = segments().next().expect("a group has segments");
     let [start, end] = first.ends.map(|end| mesh.vertices[end as usize]);
-    let points = group.iter().flat_map(|&i| segments[i].ends).map(|end| mesh.vertices[end as usize]);
+    let points = segments().flat_map(|segment| segment.ends).map(|end| mesh.vertices[end as usize]);
     let along = |point: &DVec3| (*point - start).dot(end - start);
     let ends = points.fold([start, end], |[low, high], point| {
         let low = if along(&point) < along(&low) { point } else { low };
         [low, if along(&point) > along(&high) { point } else { high }]
     });
-    let mut surfaces: Vec<SurfaceId> = group.iter().flat_map(|&i| segments[i].surfaces.clone()).collect();
+    let mut surfaces: Vec<SurfaceId> = segments().flat_map(|segment| &segment.surfaces).copied().collect();
     surfaces.sort_unstable();
     surfaces.dedup();
     let Segment { shape, wedge_angle, .. } = *first;

@@ -4,6 +4,7 @@
 //! [VanOosterom1983], in `f64`: it needs no ray and so has no unlucky direction.
 
 use crate::Mesh;
+use crate::mesh::sides;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -53,9 +54,9 @@ pub(crate) fn closest_on_triangle(corners: [DVec3; 3], point: DVec3) -> DVec3 {
     if inside(a, b) && inside(b, c) && inside(c, a) {
         return point - normal.dot(point - a) / normal.length_squared() * normal;
     }
-    [(a, b), (b, c), (c, a)]
+    sides(corners)
         .into_iter()
-        .map(|(p, q)| closest_on_segment(p, q, point))
+        .map(|[p, q]| closest_on_segment(p, q, point))
         .min_by(|p, q| p.distance_squared(point).total_cmp(&q.distance_squared(point)))
         .expect("a triangle has sides")
 }

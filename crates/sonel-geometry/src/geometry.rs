@@ -12,9 +12,10 @@ use crate::probe::{LocalPlane, Probe};
 use crate::rim::{Rim, keep_inside, rims};
 use crate::rooms::FaceKind;
 use crate::scale::Scale;
+use crate::section::cut;
 use crate::shoebox::{Shoebox, recognise};
 use crate::surfaces::{Partition, partition};
-use crate::topology::{SharedEdge, shared_edges};
+use crate::topology::{SharedEdge, leave_out, shared_edges};
 use crate::{
     AirSector, Crack, Crossing, Departure, GeometryError, Hit, Mesh, PlaneId, Side, Surface, SurfaceId,
 };
@@ -99,9 +100,7 @@ impl Geometry {
         let is_interface: Vec<bool> = kinds.iter().map(|&kind| kind == FaceKind::Interface).collect();
         let mut edges = shared_edges(&mesh);
         let all_edges = is_interface.contains(&true).then(|| edges.clone());
-        if all_edges.is_some() {
-            edges = of_walls(edges, &is_interface);
-        }
+        leave_out(&mut edges, &is_interface);
         let facing = find_cracks(&mesh, &mut edges, tolerance);
         let drawing = Drawing {
             edges: &edges,
@@ -119,12 +118,15 @@ impl Geometry {
         let all_edges = all_edges.as_deref().unwrap_or(&edges);
         let Partition { surfaces, of_triangle, planes } =
             partition(&mesh, all_edges, &closed, &is_interface, tolerance);
-        let planes = planes.into_iter().map(|plane| local_plane(plane, scale.center)).collect();
+        let about_center =
+            |(normal, offset): (DVec3, f64)| LocalPlane { normal, offset: offset - normal.dot(scale.center) };
+        let planes = planes.into_iter().map(about_center).collect();
         let local: Vec<Vec3> = mesh.vertices.iter().map(|&v| scale.to_local(v)).collect();
         let facets = facets(&mesh, &local, &surfaces, &of_triangle);
         let plane_of: Vec<PlaneId> = facets.iter().map(|facet| facet.plane).collect();
         let rims = rims(&mesh, all_edges, &plane_of, f64::from(scale.lift()));
         let exposed = faces.exposed(&mesh, surfaces.len(), &of_triangle);
+        let shoebox = recognise(&surfaces, bounds.0, bounds.1, tolerance).filter(|_| cells.is_room);
         let index = Index::build(&facets, planes, in_shell, scale.lift(), scale.resolution());
         let mut geometry = Self {
             mesh,
@@ -145,12 +147,8 @@ impl Geometry {
             edges: Vec::new(),
             exposed,
             dropped: welded.dropped,
-            shoebox: None,
+            shoebox,
         };
-        if geometry.cells.is_room {
-            geometry.shoebox =
-                recognise(&geometry.surfaces, bounds.0, bounds.1, f64::from(geometry.resolution()));
-        }
         if !geometry.cells.is_room {
             geometry.leave_out_outer_sides();
         }
@@ -263,10 +261,7 @@ impl Geometry {
     /// [`Geometry::lift`], in local coordinates [m]. Walls at its border stand on it too.
     pub fn footprints(&self, surface: SurfaceId) -> [Vec<[DVec3; 2]>; 2] {
         let stood_on = self.surface(surface);
-        let corners = |triangle: u32| {
-            self.mesh.triangles[triangle as usize].corners.map(|corner| self.local[corner as usize])
-        };
-        let own = || stood_on.triangles.iter().flat_map(|&triangle| corners(triangle));
+        let own = || stood_on.triangles.iter().flat_map(|&triangle| self.local_corners(triangle));
         let lift = self.scale.lift();
         let low = own().fold(Vec3::INFINITY, Vec3::min) - lift;
         let high = own().fold(Vec3::NEG_INFINITY, Vec3::max) + lift;
@@ -281,16 +276,15 @@ impl Geometry {
         [Side::Front, Side::Back].map(|side| {
             let offset = height + side.sign() * f64::from(lift);
             let lifted = LocalPlane { normal: stood_on.normal, offset };
-            standing.iter().filter_map(|&triangle| cut(&corners(triangle), &lifted)).collect()
+            let corners = |triangle: &u32| self.local_corners(*triangle).map(|corner| corner.as_dvec3());
+            standing.iter().filter_map(|it| cut(corners(it), |corner| lifted.height(corner))).collect()
         })
     }
 
     /// Calls `visit` for every triangle whose box may come within `reach` [m] of that of another one, which is visited too.
     pub(crate) fn visit_near(&self, triangle: u32, reach: f32, visit: impl FnMut(u32)) {
-        let corners =
-            self.mesh.triangles[triangle as usize].corners.map(|corner| self.local[corner as usize]);
-        let [low, high] = [Vec3::min, Vec3::max].map(|pick| pick(pick(corners[0], corners[1]), corners[2]));
-        self.index.near_box(low - reach, high + reach, visit);
+        let [a, b, c] = self.local_corners(triangle);
+        self.index.near_box(a.min(b).min(c) - reach, a.max(b).max(c) + reach, visit);
     }
 
     /// Leaves an edge: the start of a ray from a local position on it, within a right angle of the middle of one of its sectors.
@@ -321,10 +315,8 @@ impl Geometry {
     /// faces meet there, one that is in the way to the new place is met instead, so that no ray gets behind a face.
     fn settle(&self, from: Departure, mut direction: Vec3, mut point: DVec3, mut triangle: u32) -> Hit {
         for _ in 0..AIMS {
-            let Some(kept) = keep_inside(self.local_corners(triangle), point, self.rims[triangle as usize])
-            else {
-                break;
-            };
+            let corners = self.local_corners(triangle).map(|corner| corner.as_dvec3());
+            let Some(kept) = keep_inside(corners, point, self.rims[triangle as usize]) else { break };
             point = kept;
             let towards = kept.as_vec3() - from.origin;
             if towards == Vec3::ZERO {
@@ -348,8 +340,8 @@ impl Geometry {
         Hit { position: point.as_vec3(), distance, triangle, surface, side }
     }
 
-    fn local_corners(&self, triangle: u32) -> [DVec3; 3] {
-        self.mesh.triangles[triangle as usize].corners.map(|corner| self.local[corner as usize].as_dvec3())
+    fn local_corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.mesh.triangles[triangle as usize].corners.map(|corner| self.local[corner as usize])
     }
 
     /// Whether anything lies strictly between the start and a local position [m].
@@ -372,11 +364,6 @@ impl Geometry {
         (!self.is_behind(from, aim, f64::from(self.resolution()))).then_some(sight)
     }
 
-    /// A start one lift off a place along a unit direction.
-    fn step_off(&self, place: Vec3, direction: Vec3) -> Departure {
-        Departure::free(place + self.scale.lift() * direction)
-    }
-
     /// Whether anything lies between two positions on surfaces, each lifted to the side that is to see the other.
     ///
     /// The planes of both surfaces are ignored, unless one position is behind the other's surface.
@@ -390,7 +377,7 @@ impl Geometry {
     fn is_behind(&self, from: Departure, to: Vec3, clearance: f64) -> bool {
         from.plane.is_some_and(|plane| {
             let plane = self.index.plane(plane);
-            let (here, there) = (plane.height(from.origin), plane.height(to));
+            let (here, there) = (plane.height(from.origin.as_dvec3()), plane.height(to.as_dvec3()));
             here * there < 0.0 && there.abs() > clearance
         })
     }
@@ -435,18 +422,6 @@ impl Geometry {
     }
 }
 
-/// A plane of the scene's axes about `center`.
-fn local_plane((normal, offset): (DVec3, f64), center: DVec3) -> LocalPlane {
-    LocalPlane { normal, offset: offset - normal.dot(center) }
-}
-
-/// Edges of `edges` that walls share, without the faces of interfaces.
-fn of_walls(mut edges: Vec<SharedEdge>, is_interface: &[bool]) -> Vec<SharedEdge> {
-    edges.iter_mut().for_each(|edge| edge.faces.retain(|face| !is_interface[*face as usize]));
-    edges.retain(|edge| !edge.faces.is_empty());
-    edges
-}
-
 /// The triangles as the index takes them, with their corners about the scene's centre.
 fn facets(mesh: &Mesh, local: &[Vec3], surfaces: &[Surface], of_triangle: &[SurfaceId]) -> Vec<Facet> {
     let facet = |(number, surface): (u32, &SurfaceId)| Facet {
@@ -455,18 +430,6 @@ fn facets(mesh: &Mesh, local: &[Vec3], surfaces: &[Surface], of_triangle: &[Surf
         plane: surfaces[surface.0 as usize].plane,
     };
     (0..).zip(of_triangle).map(facet).collect()
-}
-
-/// The segment in which a triangle cuts a plane; none where it only touches it.
-fn cut(corners: &[Vec3; 3], plane: &LocalPlane) -> Option<[DVec3; 2]> {
-    let heights = corners.map(|corner| plane.height(corner));
-    let mut ends = [0, 1, 2].into_iter().filter_map(|first| {
-        let (here, there) = (heights[first], heights[(first + 1) % 3]);
-        let share = here / (here - there);
-        ((here < 0.0) != (there < 0.0))
-            .then(|| corners[first].as_dvec3().lerp(corners[(first + 1) % 3].as_dvec3(), share))
-    });
-    Some([ends.next()?, ends.next()?])
 }
 
 pub(crate) fn validate(mesh: &Mesh) -> Result<(), GeometryError> {

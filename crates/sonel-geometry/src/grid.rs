@@ -1,5 +1,6 @@
 //! A grid of cells that tells which of many boxes may hold a point.
 
+use crate::mesh::bounds_of_points;
 use foldhash::HashMap;
 use glam::{DVec3, IVec3};
 
@@ -13,9 +14,7 @@ pub(crate) struct BoxGrid {
 impl BoxGrid {
     /// Files some boxes, each a lower and an upper corner.
     pub(crate) fn new(boxes: &[(DVec3, DVec3)]) -> Self {
-        let (low, high) = boxes
-            .iter()
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), b| (low.min(b.0), high.max(b.1)));
+        let (low, high) = bounds_of_points(boxes.iter().flat_map(|&(low, high)| [low, high]));
         let cells_per_side = libm::cbrt(boxes.len() as f64).ceil();
         let cells_per_metre =
             DVec3::splat(cells_per_side) / (high - low).max(DVec3::splat(f64::MIN_POSITIVE));

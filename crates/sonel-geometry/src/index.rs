@@ -1,4 +1,4 @@
-//! Finding the triangles on a ray: a scan of wide blocks while that is faster, a tree beyond.
+//! Finding the triangles on a ray: a scan of one wide block while that is faster, a tree beyond.
 
 use crate::PlaneId;
 use crate::block::{Block, Facet, Pierced};
@@ -6,11 +6,9 @@ use crate::probe::{LocalPlane, Probe};
 use crate::tree::Tree;
 use glam::Vec3;
 
-/// Lanes of the scan's blocks. Speed alone depends on it.
+/// Lanes of the block that is scanned, and most triangles that are: beyond, a tree is faster. A room of 12 triangles takes 0.75 of the tree's time
+/// for it, one of 20 as much for the nearest hit and 1.1 for shadows (`--example rays`). Speed alone depends on it.
 const SCAN_LANES: usize = 16;
-/// Most triangles that are scanned; beyond, a tree is faster. Random rays in a room with boxes of 12 triangles took 0.9 of the tree's time at
-/// 12 triangles, 1.4 at 24 and 1.7 at 36: 16 would be enough.
-const SCAN_LIMIT: usize = 32;
 
 /// Triangles arranged for rays, and the planes they lie in.
 pub(crate) struct Index {
@@ -23,7 +21,7 @@ pub(crate) struct Index {
 }
 
 enum Arrangement {
-    Scan(Vec<Block<SCAN_LANES>>),
+    Scan(Box<Block<SCAN_LANES>>),
     Tree(Tree),
 }
 
@@ -74,8 +72,8 @@ impl Index {
         padding: f32,
         resolution: f32,
     ) -> Self {
-        let arrangement = if facets.len() <= SCAN_LIMIT {
-            Arrangement::Scan(facets.chunks(SCAN_LANES).map(Block::new).collect())
+        let arrangement = if facets.len() <= SCAN_LANES {
+            Arrangement::Scan(Box::new(Block::new(facets)))
         } else {
             Arrangement::Tree(Tree::build(facets, padding))
         };
@@ -86,11 +84,7 @@ impl Index {
     pub(crate) fn nearest(&self, ray: &Probe) -> Option<Met> {
         let mut nearest = Nearest { any: Met::NOTHING, facing: Met::NOTHING };
         match &self.arrangement {
-            Arrangement::Scan(blocks) => {
-                for block in blocks {
-                    self.nearest_in(block, ray, &mut nearest);
-                }
-            }
+            Arrangement::Scan(block) => self.nearest_in(block, ray, &mut nearest),
             Arrangement::Tree(tree) => {
                 tree.nearest(ray, |block| {
                     self.nearest_in(block, ray, &mut nearest);
@@ -130,7 +124,7 @@ impl Index {
     /// in height over the triangle's plane.
     pub(crate) fn any_before_tip(&self, ray: &Probe, clearance: f64) -> bool {
         match &self.arrangement {
-            Arrangement::Scan(blocks) => blocks.iter().any(|block| self.any_in(block, ray, clearance)),
+            Arrangement::Scan(block) => self.any_in(block, ray, clearance),
             Arrangement::Tree(tree) => tree.any(ray, |block| self.any_in(block, ray, clearance)),
         }
     }
@@ -140,7 +134,7 @@ impl Index {
     #[inline]
     pub(crate) fn any_near(&self, ray: &Probe, slack: f32, mut visit: impl FnMut(u32) -> bool) -> bool {
         match &self.arrangement {
-            Arrangement::Scan(blocks) => blocks.iter().any(|block| block.any_near(ray, slack, &mut visit)),
+            Arrangement::Scan(block) => block.any_near(ray, slack, visit),
             Arrangement::Tree(tree) => tree.any(ray, |block| block.any_near(ray, slack, &mut visit)),
         }
     }
@@ -148,7 +142,7 @@ impl Index {
     /// Calls `visit` for every triangle whose box may meet that from `low` to `high`, and for some others.
     pub(crate) fn near_box(&self, low: Vec3, high: Vec3, mut visit: impl FnMut(u32)) {
         match &self.arrangement {
-            Arrangement::Scan(blocks) => blocks.iter().flat_map(Block::triangles).for_each(visit),
+            Arrangement::Scan(block) => block.triangles().for_each(visit),
             Arrangement::Tree(tree) => {
                 tree.within(low, high, |block| block.triangles().for_each(&mut visit));
             }
@@ -158,11 +152,9 @@ impl Index {
     /// Calls `visit` for triangles about a local position [m], until all others are farther off than the distance that it returned last.
     pub(crate) fn around(&self, point: Vec3, mut visit: impl FnMut(u32) -> f64) {
         match &self.arrangement {
-            Arrangement::Scan(blocks) => {
-                for triangle in blocks.iter().flat_map(Block::triangles) {
-                    visit(triangle);
-                }
-            }
+            Arrangement::Scan(block) => block.triangles().for_each(|triangle| {
+                visit(triangle);
+            }),
             Arrangement::Tree(tree) => {
                 tree.around(point, |block| {
                     block.triangles().fold(f64::INFINITY, |_, triangle| visit(triangle))

@@ -9,7 +9,7 @@ use crate::Mesh;
 use crate::cells::{Cells, Drawing};
 use crate::cracks::{Facing, find_cracks};
 use crate::surfaces::PARALLEL;
-use crate::topology::{Connected, SharedEdge, shared_edges};
+use crate::topology::{Connected, SharedEdge, leave_out, shared_edges};
 use foldhash::HashMap;
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -152,7 +152,7 @@ impl<'a> FirstOnes<'a> {
         tolerance: f64,
     ) -> Self {
         stacks.iter().flat_map(|faces| &faces[1..]).for_each(|&face| is_left_out[face as usize] = true);
-        edges.iter_mut().for_each(|edge| edge.faces.retain(|face| !is_left_out[*face as usize]));
+        leave_out(&mut edges, &is_left_out);
         let cracks = find_cracks(mesh, &mut edges, tolerance);
         Self { mesh, edges, cracks, is_left_out, tolerance }
     }
@@ -162,10 +162,9 @@ impl<'a> FirstOnes<'a> {
             edges: &self.edges,
             cracks: &self.cracks,
             is_left_out: &self.is_left_out,
-            kinds: &[],
-            twins: &[],
             is_doubled,
             tolerance: self.tolerance,
+            ..Drawing::default()
         };
         Cells::find(self.mesh, &drawing)
     }

@@ -20,6 +20,18 @@ pub struct MeshTriangle {
     pub material: u32,
 }
 
+impl MeshTriangle {
+    /// The ends of its sides, the lower index first.
+    pub(crate) fn sides(&self) -> [[u32; 2]; 3] {
+        sides(self.corners).map(|[from, to]| [from.min(to), from.max(to)])
+    }
+}
+
+/// The sides of a triangle, by their ends in its order.
+pub(crate) fn sides<T: Copy>([a, b, c]: [T; 3]) -> [[T; 2]; 3] {
+    [[a, b], [b, c], [c, a]]
+}
+
 impl Mesh {
     /// A rectangular room of the given inner size [m], one corner at the origin, with one material for each wall in
     /// the order x = 0, x = size, y = 0, y = size, z = 0, z = size. The normals point into the room.
@@ -55,6 +67,11 @@ impl Mesh {
         0.5 * (b - a).cross(c - a)
     }
 
+    /// Unit normal of a side of a triangle; 2 t is the front of triangle t, 2 t + 1 its back.
+    pub(crate) fn outward(&self, side: u32) -> DVec3 {
+        self.vector_area(side / 2).normalize_or_zero() * if side % 2 == 0 { 1.0 } else { -1.0 }
+    }
+
     /// Lower and upper corner of the box around all triangles [m]; inverted when there are none.
     pub(crate) fn bounds(&self) -> (DVec3, DVec3) {
         bounds_of_points(self.triangles.iter().flat_map(|t| t.corners).map(|c| self.vertices[c as usize]))
@@ -66,7 +83,7 @@ impl Mesh {
     }
 }
 
-fn bounds_of_points(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
+pub(crate) fn bounds_of_points(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
     points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
 }
 

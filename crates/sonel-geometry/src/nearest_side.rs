@@ -4,6 +4,7 @@
 
 use crate::Geometry;
 use crate::enclosure::closest_on_segment;
+use crate::mesh::sides;
 use glam::DVec3;
 use std::fmt;
 
@@ -25,8 +26,7 @@ impl Geometry {
     /// Never: a geometry has triangles.
     pub fn nearest_side(&self, way: [DVec3; 2]) -> NearestSide {
         let sides = (0..self.mesh().triangles.len() as u32).flat_map(|triangle| {
-            let [a, b, c] = self.mesh().corners(triangle);
-            [[a, b], [b, c], [c, a]].map(|ends| (triangle, ends, nearest(ends, way)))
+            sides(self.mesh().corners(triangle)).map(|ends| (triangle, ends, nearest(ends, way)))
         });
         let (triangle, ends, [place, _]) = sides
             .min_by(|(_, _, a), (_, _, b)| {

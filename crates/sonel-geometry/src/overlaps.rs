@@ -6,6 +6,7 @@
 //!
 //! Reference: [Sutherland1974] (docs/references.md).
 
+use crate::mesh::sides;
 use crate::surfaces::PARALLEL;
 use crate::{Geometry, SurfaceId};
 use glam::DVec3;
@@ -84,8 +85,7 @@ impl Geometry {
         let normals = [first, second].map(|triangle| self.mesh().vector_area(triangle));
         let least = LEAST_SHARE * normals[0].length().min(normals[1].length());
         let corners = self.mesh().corners(first);
-        let [a, b, c] = self.mesh().corners(second);
-        let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| (from, normals[1].cross(to - from)));
+        let sides = sides(self.mesh().corners(second)).map(|[from, to]| (from, normals[1].cross(to - from)));
         // Height over a side, times length of the side and area.
         let height = |(from, inward): (DVec3, DVec3), point: DVec3| inward.dot(point - from);
         let is_beyond =

@@ -38,12 +38,7 @@ const LEAST_SLOPE: f32 = 1e-30;
 
 impl LocalPlane {
     /// Signed height of a local point over the plane [m].
-    pub(crate) fn height(&self, point: Vec3) -> f64 {
-        self.height_of(point.as_dvec3())
-    }
-
-    /// Signed height of a local point over the plane [m].
-    pub(crate) fn height_of(&self, point: DVec3) -> f64 {
+    pub(crate) fn height(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
     }
 }
@@ -54,13 +49,7 @@ impl Probe {
     pub(crate) fn new(origin: Vec3, direction: Vec3, ignored: [Option<PlaneId>; 2]) -> Self {
         let size = direction.abs();
         debug_assert!(origin.is_finite() && direction.is_finite() && size.max_element() > 0.0);
-        let z = if size.x >= size.y && size.x >= size.z {
-            0
-        } else if size.y >= size.z {
-            1
-        } else {
-            2
-        };
+        let z = size.max_position();
         // A cyclic permutation, so that orientation survives it.
         let (x, y) = ((z + 1) % 3, (z + 2) % 3);
         let inverse = direction.to_array().map(|d| 1.0 / if d.abs() < LEAST_SLOPE { LEAST_SLOPE } else { d });

@@ -54,7 +54,7 @@ fn panes(mesh: &Mesh, shell: u32, sides: &[u32], kinds: &[FaceKind]) -> Vec<Pane
     let triangles: Vec<u32> = sides.iter().map(|side| side / 2).collect();
     let passes = |side: &&u32| kinds.get((**side / 2) as usize) == Some(&FaceKind::Partition);
     let pane = |&side: &u32| {
-        let outward = mesh.vector_area(side / 2).normalize_or_zero() * if side % 2 == 0 { 1.0 } else { -1.0 };
+        let outward = mesh.outward(side);
         let [a, b, c] = mesh.corners(side / 2);
         let depth = |corner: DVec3| (a - corner).dot(outward);
         let corners = triangles.iter().flat_map(|&triangle| mesh.corners(triangle));

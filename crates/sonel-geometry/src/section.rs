@@ -11,21 +11,20 @@ use crate::Mesh;
 #[must_use]
 pub fn section(mesh: &Mesh, axis: usize, offset: f64) -> Vec<[DVec3; 2]> {
     (0..mesh.triangles.len() as u32)
-        .filter_map(|triangle| cut(mesh.corners(triangle), axis, offset))
+        .filter_map(|triangle| cut(mesh.corners(triangle), |corner| corner[axis] - offset))
         .filter(|[a, b]| a.distance_squared(*b) > 0.0)
         .collect()
 }
 
-fn cut(corners: [DVec3; 3], axis: usize, offset: f64) -> Option<[DVec3; 2]> {
-    let height = |corner: DVec3| corner[axis] - offset;
+/// The segment in which a triangle cuts a plane, by the heights of points over it; none where it only touches it from above.
+pub(crate) fn cut(corners: [DVec3; 3], height: impl Fn(DVec3) -> f64) -> Option<[DVec3; 2]> {
+    let heights = corners.map(height);
     let mut ends = (0..3).filter_map(|i| {
-        let (a, b) = (corners[i], corners[(i + 1) % 3]);
-        let is_crossed = (height(a) < 0.0) != (height(b) < 0.0);
-        is_crossed.then(|| a.lerp(b, height(a) / (height(a) - height(b))))
+        let (here, there) = (heights[i], heights[(i + 1) % 3]);
+        ((here < 0.0) != (there < 0.0)).then(|| corners[i].lerp(corners[(i + 1) % 3], here / (here - there)))
     });
     Some([ends.next()?, ends.next()?])
 }
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -59,16 +59,8 @@ pub(crate) fn diffracting(
     of: impl Fn(u32) -> SurfaceId,
 ) -> Vec<AirSector> {
     let along = edge.along(mesh);
-    let origin = edge.inward(mesh, faces[0]);
-    let quarter = along.cross(origin);
-    let mut around: Vec<(f64, DVec3, u32)> = faces
-        .iter()
-        .map(|&face| {
-            let inward = edge.inward(mesh, face);
-            let turn = libm::atan2(inward.dot(quarter), inward.dot(origin)).rem_euclid(TAU);
-            (turn, inward, face)
-        })
-        .collect();
+    let around = faces.iter().map(|&face| (edge.turn(mesh, faces[0], face), edge.inward(mesh, face), face));
+    let mut around: Vec<(f64, DVec3, u32)> = around.collect();
     around.sort_by(|a, b| a.0.total_cmp(&b.0).then(of(a.2).cmp(&of(b.2))));
     // The side of a surface that is turned to where angles grow.
     let ahead = |inward: DVec3, face: u32| {

@@ -1,9 +1,11 @@
 //! Which triangles meet at which edges.
 
 use crate::Mesh;
+use crate::mesh::sides;
 use foldhash::HashMap;
 use glam::DVec3;
 use smallvec::SmallVec;
+use std::f64::consts::TAU;
 
 /// The triangles around one edge of a welded mesh.
 #[derive(Debug, Clone)]
@@ -25,8 +27,14 @@ impl SharedEdge {
 
     /// Whether one of its faces runs along it from the first end to the second, as it is oriented now.
     pub(crate) fn is_ahead(&self, mesh: &Mesh, face: u32) -> bool {
-        let [a, b, c] = mesh.triangles[face as usize].corners;
-        [[a, b], [b, c], [c, a]].contains(&self.ends)
+        sides(mesh.triangles[face as usize].corners).contains(&self.ends)
+    }
+
+    /// Angle of one of its faces about it, 0 … 2π, from its face `first` on to where normals of faces that run along it point [rad].
+    pub(crate) fn turn(&self, mesh: &Mesh, first: u32, face: u32) -> f64 {
+        let (origin, inward) = (self.inward(mesh, first), self.inward(mesh, face));
+        let quarter = self.along(mesh).cross(origin);
+        libm::atan2(inward.dot(quarter), inward.dot(origin)).rem_euclid(TAU)
     }
 
     /// The vector from the edge to the far corner of one of its faces [m], at right angles to the edge.
@@ -48,9 +56,7 @@ pub(crate) fn shared_edges(mesh: &Mesh) -> Vec<SharedEdge> {
     let mut known: HashMap<[u32; 2], usize> = HashMap::default();
     let mut edges: Vec<SharedEdge> = Vec::new();
     for (index, triangle) in mesh.triangles.iter().enumerate() {
-        for side in 0..3 {
-            let (from, to) = (triangle.corners[side], triangle.corners[(side + 1) % 3]);
-            let ends = [from.min(to), from.max(to)];
+        for ends in triangle.sides() {
             let slot = *known.entry(ends).or_insert_with(|| {
                 edges.push(SharedEdge { ends, faces: SmallVec::new(), is_crack: false });
                 edges.len() - 1
@@ -59,6 +65,12 @@ pub(crate) fn shared_edges(mesh: &Mesh) -> Vec<SharedEdge> {
         }
     }
     edges
+}
+
+/// Takes faces out of edges, and edges that have no others.
+pub(crate) fn leave_out(edges: &mut Vec<SharedEdge>, is_left_out: &[bool]) {
+    edges.iter_mut().for_each(|edge| edge.faces.retain(|face| !is_left_out[*face as usize]));
+    edges.retain(|edge| !edge.faces.is_empty());
 }
 
 /// Disjoint sets of the numbers below a count, with path halving.
@@ -79,6 +91,18 @@ impl Connected {
             member = self.0[member as usize];
         }
         member
+    }
+
+    /// Some members by their sets, in the order of the sets' first ones.
+    pub fn groups(&mut self, members: impl IntoIterator<Item = u32>) -> Vec<Vec<u32>> {
+        let mut known: HashMap<u32, usize> = HashMap::default();
+        let mut groups: Vec<Vec<u32>> = Vec::new();
+        for member in members {
+            let group = *known.entry(self.root(member)).or_insert(groups.len());
+            groups.resize_with(groups.len().max(group + 1), Vec::new);
+            groups[group].push(member);
+        }
+        groups
     }
 
     /// Unites the sets of two members.

@@ -12,6 +12,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
+use smallvec::SmallVec;
 use std::time::Duration;
 
 /// Children of a node: two registers of four lanes per bound.
@@ -87,7 +88,7 @@ impl Tree {
         mut visit: impl FnMut(&Block<LEAF_LANES>) -> f64,
     ) {
         let mut limit = f32::INFINITY;
-        let mut stack = Stack::default();
+        let mut stack = Stack::new();
         let mut next = Some(Entry { child: 0, distance: 0.0 });
         while let Some(entry) = next {
             if entry.distance > limit {
@@ -102,7 +103,7 @@ impl Tree {
             let node = &self.nodes[entry.child as usize];
             let (near, mut met) = enter(node, limit);
             // Most nodes are left by one or two children: the nearest is visited at once, the others wait, nearest on top.
-            let first = stack.used;
+            let first = stack.len();
             next = None;
             while met != 0 {
                 let lane = met.trailing_zeros() as usize;
@@ -114,7 +115,7 @@ impl Tree {
                         if entry.distance < nearest.distance {
                             std::mem::swap(nearest, &mut entry);
                         }
-                        stack.push_in_order(entry, first);
+                        insert_in_order(&mut stack, entry, first);
                     }
                 }
             }
@@ -129,7 +130,7 @@ impl Tree {
     pub(crate) fn any(&self, ray: &Probe, mut visit: impl FnMut(&Block<LEAF_LANES>) -> bool) -> bool {
         let slabs = Slabs::new(ray);
         let limit = round_up(1.0);
-        let mut stack = Stack::default();
+        let mut stack = Stack::new();
         let mut next = Some(Entry { child: 0, distance: 0.0 });
         while let Some(entry) = next {
             if entry.child & LEAF != 0 {
@@ -158,19 +159,15 @@ impl Tree {
 
     /// Visits every leaf whose box meets that from `low` to `high`.
     pub(crate) fn within(&self, low: Vec3, high: Vec3, mut visit: impl FnMut(&Block<LEAF_LANES>)) {
-        let mut stack = Stack::default();
-        stack.push(Entry { child: 0, distance: 0.0 });
-        while let Some(entry) = stack.pop() {
-            if entry.child & LEAF != 0 {
-                visit(&self.leaves[(entry.child & !LEAF) as usize]);
+        let mut open = vec![0];
+        while let Some(index) = open.pop() {
+            if index & LEAF != 0 {
+                visit(&self.leaves[(index & !LEAF) as usize]);
                 continue;
             }
-            let node = &self.nodes[entry.child as usize];
-            for (lane, &child) in node.children.iter().enumerate() {
-                if node.meets(lane, low, high) {
-                    stack.push(Entry { child, distance: 0.0 });
-                }
-            }
+            let node = &self.nodes[index as usize];
+            let met = (0..WIDTH).filter(|&lane| node.meets(lane, low, high));
+            open.extend(met.map(|lane| node.children[lane]));
         }
     }
 }
@@ -246,58 +243,14 @@ struct Entry {
     distance: f32,
 }
 
-/// Entries that fit the usual tree without allocation, and room for any tree beyond.
-struct Stack {
-    first: [Entry; Self::USUAL],
-    used: usize,
-    rest: Vec<Entry>,
-}
+/// Entries on the way: depth 9 with seven siblings waiting at each level, 8⁹ triangles in a balanced tree, without an allocation.
+type Stack = SmallVec<[Entry; 64]>;
 
-impl Default for Stack {
-    fn default() -> Self {
-        Self { first: [Entry::default(); Self::USUAL], used: 0, rest: Vec::new() }
-    }
-}
-
-impl Stack {
-    /// Entries on the stack: depth 9 with seven siblings waiting at each level, 8⁹ triangles in a balanced tree.
-    const USUAL: usize = 64;
-
-    #[inline(always)]
-    fn push(&mut self, entry: Entry) {
-        if self.used < Self::USUAL {
-            self.first[self.used] = entry;
-            self.used += 1;
-        } else {
-            self.rest.push(entry);
-        }
-    }
-
-    /// Pushes an entry below those nearer among the entries from place `first` on.
-    #[inline(always)]
-    fn push_in_order(&mut self, entry: Entry, first: usize) {
-        if self.used >= Self::USUAL {
-            return self.push(entry);
-        }
-        let mut place = self.used;
-        while place > first && self.first[place - 1].distance < entry.distance {
-            self.first[place] = self.first[place - 1];
-            place -= 1;
-        }
-        self.first[place] = entry;
-        self.used += 1;
-    }
-
-    #[inline(always)]
-    fn pop(&mut self) -> Option<Entry> {
-        if self.used == Self::USUAL
-            && let Some(entry) = self.rest.pop()
-        {
-            return Some(entry);
-        }
-        self.used = self.used.checked_sub(1)?;
-        Some(self.first[self.used])
-    }
+/// Inserts an entry below those nearer among the entries from place `first` on.
+#[inline(always)]
+fn insert_in_order(stack: &mut Stack, entry: Entry, first: usize) {
+    let farther = stack[first..].iter().rev().take_while(|waits| waits.distance < entry.distance).count();
+    stack.insert(stack.len() - farther, entry);
 }
 
 /// Triangles below each node of the binary tree.
@@ -397,7 +350,7 @@ mod tests {
 
     #[test]
     fn the_stack_keeps_its_order_beyond_the_usual_depth() {
-        let mut stack = Stack::default();
+        let mut stack = Stack::new();
         for round in 0..3 {
             for child in 0..200 {
                 stack.push(Entry { child, distance: 0.0 });

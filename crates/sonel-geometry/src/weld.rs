@@ -12,10 +12,6 @@ pub struct Welded {
     /// The mesh: every vertex is used, no two are closer than the tolerance unless a chain of such pairs kept them
     /// apart, every triangle has an area.
     pub mesh: Mesh,
-    /// For each triangle of `mesh`, its index in the mesh that was welded.
-    pub kept: Vec<u32>,
-    /// Vertices that were joined to an earlier one.
-    pub joined: usize,
     /// Triangles that were dropped because they have no area.
     pub dropped: usize,
 }
@@ -30,26 +26,21 @@ impl Mesh {
         let tolerance = f64::from(Scale::of_bounds(low, high).resolution());
         let mut grid = Points::new(tolerance, &[]);
         let mut renamed = vec![u32::MAX; self.vertices.len()];
-        let mut joined = 0;
-        let mut welded = Welded { mesh: Mesh::default(), kept: Vec::new(), joined: 0, dropped: 0 };
-        for (index, triangle) in self.triangles.iter().enumerate() {
+        let mut welded = Welded { mesh: Mesh::default(), dropped: 0 };
+        for triangle in &self.triangles {
             let corners = triangle.corners.map(|corner| {
                 let name = &mut renamed[corner as usize];
                 if *name == u32::MAX {
-                    let before = grid.places.len();
                     *name = grid.join(self.vertices[corner as usize]);
-                    joined += usize::from(grid.places.len() == before);
                 }
                 *name
             });
             if has_area(corners.map(|corner| grid.places[corner as usize]), tolerance) {
                 welded.mesh.triangles.push(crate::MeshTriangle { corners, ..*triangle });
-                welded.kept.push(index as u32);
             } else {
                 welded.dropped += 1;
             }
         }
-        welded.joined = joined;
         welded.mesh.vertices = grid.places;
         welded
     }

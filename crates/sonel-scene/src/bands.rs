@@ -20,55 +20,53 @@ impl BandChoice {
 }
 
 /// Reads the section, or takes the default when there is none.
-pub(crate) fn read(document: &Table<'_>, report: &mut Report<'_>) -> BandChoice {
+pub(crate) fn read(document: &Table<'_>) -> BandChoice {
     let Some(section) = document.get("bands") else {
-        report.default("bands: octaves 63 … 8000 Hz (default)");
+        document.report.default("bands: octaves 63 … 8000 Hz (default)");
         return BandChoice { bands: Bands::octaves(), is_certain: true };
     };
-    let bands = section.table(report).and_then(|table| read_table(&table, report));
+    let bands = section.table().and_then(|table| read_table(&table));
     let is_certain = bands.is_some();
     BandChoice { bands: bands.unwrap_or_else(Bands::octaves), is_certain }
 }
 
-fn read_table(table: &Table<'_>, report: &mut Report<'_>) -> Option<Bands> {
-    table.allow_only(&["center_frequencies_hz", "width"], report);
+fn read_table(table: &Table<'_>) -> Option<Bands> {
+    table.allow_only(&["center_frequencies_hz", "width"]);
     let width = match table.get("width") {
-        Some(entry) => read_width(&entry, report),
+        Some(entry) => read_width(&entry),
         None => Some(BandWidth::Octave),
     };
     let Some(entry) = table.get("center_frequencies_hz") else {
-        return default_of(width?, report);
+        return default_of(width?, table.report);
     };
-    let centers = entry.numbers(report)?;
+    let centers = entry.numbers()?;
     let nominal: Vec<f64> = centers.readable.iter().map(|center| center.value).collect();
     let width = width?;
     let problems = Bands::problems(&nominal, width);
     let are_thirds =
         || table.get("width").is_none() && Bands::problems(&nominal, BandWidth::Third).is_empty();
     if !problems.is_empty() && are_thirds() {
-        entry.problem(report, "these are third octaves; add width = \"third\"");
-        return None;
+        return entry.refused("these are third octaves; add width = \"third\"");
     }
     for problem in &problems {
-        report.problem(place(problem, &entry, &centers.readable), format!("{}: {problem}", entry.path));
+        table.report.problem(place(problem, &entry, &centers.readable), format!("{}: {problem}", entry.path));
     }
     Bands::new(nominal, width).ok().filter(|_| centers.is_complete)
 }
 
-fn read_width(entry: &Entry<'_>, report: &mut Report<'_>) -> Option<BandWidth> {
-    match entry.text(report)? {
+fn read_width(entry: &Entry<'_>) -> Option<BandWidth> {
+    match entry.text()? {
         "octave" => Some(BandWidth::Octave),
         "third" => Some(BandWidth::Third),
         unknown => {
             let advice = suggest(unknown, ["octave", "third"]);
-            entry.problem(report, &format!("unknown width `{unknown}`; {advice}"));
-            None
+            entry.refused(&format!("unknown width `{unknown}`; {advice}"))
         }
     }
 }
 
 /// The octaves 63 … 8000 Hz, or the third octaves they consist of.
-fn default_of(width: BandWidth, report: &mut Report<'_>) -> Option<Bands> {
+fn default_of(width: BandWidth, report: &Report) -> Option<Bands> {
     report.default(match width {
         BandWidth::Octave => "bands.center_frequencies_hz: octaves 63 … 8000 Hz (default)",
         BandWidth::Third => "bands.center_frequencies_hz: third octaves 50 … 10000 Hz (default)",
@@ -91,11 +89,11 @@ fn place(problem: &BandError, entry: &Entry<'_>, centers: &[Number]) -> usize {
 
 impl BandChoice {
     /// One number for each band from one number for all or a list of them; always as many as there are bands.
-    pub(crate) fn per_band(&self, entry: &Entry<'_>, numbers: &Numbers, report: &mut Report<'_>) -> Vec<f64> {
+    pub(crate) fn per_band(&self, entry: &Entry<'_>, numbers: &Numbers) -> Vec<f64> {
         let count = self.bands.count();
         let found = numbers.readable.len();
         if entry.is_list() && numbers.is_complete && self.is_certain && found != count {
-            entry.problem(report, &format!("{found} numbers for {count} bands: give one, or one per band"));
+            entry.problem(&format!("{found} numbers for {count} bands: give one, or one per band"));
         }
         let mut values: Vec<f64> = numbers.readable.iter().map(|number| number.value).collect();
         values.resize(count, values.last().copied().unwrap_or(0.0));

@@ -2,10 +2,9 @@
 //!
 //! Every reader reports what is wrong with a value and returns `None` for it, so that reading goes on to the next.
 
-use std::ops::Range;
-
 use glam::DVec3;
 
+use crate::formats::Open;
 use crate::report::Report;
 use crate::suggest::suggest;
 use crate::value::{Entries, Kind, Value};
@@ -17,6 +16,7 @@ pub(crate) struct Table<'t> {
     path: String,
     pub(crate) at: usize,
     entries: &'t Entries,
+    pub(crate) report: &'t Report,
 }
 
 /// A value with its full key.
@@ -24,6 +24,7 @@ pub(crate) struct Entry<'t> {
     pub(crate) path: String,
     pub(crate) at: usize,
     value: &'t Value,
+    pub(crate) report: &'t Report,
 }
 
 /// A finite number and where it stands.
@@ -42,8 +43,8 @@ pub(crate) struct Numbers {
 
 impl<'t> Table<'t> {
     /// The whole document.
-    pub(crate) fn document(entries: &'t Entries) -> Self {
-        Self { path: String::new(), at: 0, entries }
+    pub(crate) fn document(entries: &'t Entries, report: &'t Report) -> Self {
+        Self { path: String::new(), at: 0, entries, report }
     }
 
     /// Full key of this table.
@@ -60,28 +61,34 @@ impl<'t> Table<'t> {
     /// The value of a key, if it is there.
     pub(crate) fn get(&self, key: &str) -> Option<Entry<'t>> {
         let value = self.entries.get(key)?;
-        Some(Entry { path: self.path_of(key), at: value.span.start, value })
+        Some(self.entry(key, value))
     }
 
-    /// Position of the value of a key [bytes].
-    pub(crate) fn span_of(&self, key: &str) -> Option<Range<usize>> {
-        self.entries.get(key).map(|value| value.span.clone())
+    fn entry(&self, key: &str, value: &'t Value) -> Entry<'t> {
+        Entry { path: self.path_of(key), at: value.span.start, value, report: self.report }
+    }
+
+    /// The table of a key, if it is there and one.
+    pub(crate) fn table(&self, key: &str) -> Option<Table<'t>> {
+        self.get(key)?.table()
     }
 
     /// Keys and values in the order of the file.
-    pub(crate) fn in_file_order(&self) -> Vec<(&'t str, Entry<'t>)> {
-        let entry = |(key, _, value): &'t (String, usize, Value)| {
-            (key.as_str(), Entry { path: self.path_of(key), at: value.span.start, value })
-        };
-        self.entries.0.iter().map(entry).collect()
+    pub(crate) fn in_file_order(&self) -> impl Iterator<Item = (&'t str, Entry<'t>)> {
+        self.entries.0.iter().map(|(key, _, value)| (key.as_str(), self.entry(key, value)))
+    }
+
+    /// Reports that a key is missing, and what to do.
+    pub(crate) fn missing(&self, key: &str, advice: &str) {
+        self.report.problem(self.at, format!("{}: missing; {advice}", self.path_of(key)));
     }
 
     /// Reports every key that is not `known`.
-    pub(crate) fn allow_only(&self, known: &[&str], report: &mut Report<'_>) {
+    pub(crate) fn allow_only(&self, known: &[&str]) {
         for (name, at, _) in &self.entries.0 {
             if !known.contains(&name.as_str()) {
                 let advice = suggest(name, known.iter().copied());
-                report.problem(*at, format!("{}: unknown key; {advice}", self.path_of(name)));
+                self.report.problem(*at, format!("{}: unknown key; {advice}", self.path_of(name)));
             }
         }
     }
@@ -89,12 +96,18 @@ impl<'t> Table<'t> {
 
 impl<'t> Entry<'t> {
     /// Reports `message` about this value.
-    pub(crate) fn problem(&self, report: &mut Report<'_>, message: &str) {
-        report.problem(self.at, format!("{}: {message}", self.path));
+    pub(crate) fn problem(&self, message: &str) {
+        self.report.problem(self.at, format!("{}: {message}", self.path));
     }
 
-    fn expected(&self, what: &str, report: &mut Report<'_>) {
-        self.problem(report, &format!("expected {what}, found {}", self.kind()));
+    /// Reports `message` about this value, which is of no use then.
+    pub(crate) fn refused<T>(&self, message: &str) -> Option<T> {
+        self.problem(message);
+        None
+    }
+
+    fn expected<T>(&self, what: &str) -> Option<T> {
+        self.refused(&format!("expected {what}, found {}", self.kind()))
     }
 
     fn kind(&self) -> &'static str {
@@ -115,90 +128,86 @@ impl<'t> Entry<'t> {
             path: format!("{}[{}]", self.path, i + 1),
             at: value.span.start,
             value,
+            report: self.report,
         }))
     }
 
     /// A text.
-    pub(crate) fn text(&self, report: &mut Report<'_>) -> Option<&'t str> {
+    pub(crate) fn text(&self) -> Option<&'t str> {
         match &self.value.kind {
             Kind::Text(text) => Some(text),
-            _ => {
-                self.expected("a text in quotes", report);
-                None
-            }
+            _ => self.expected("a text in quotes"),
         }
     }
 
     /// A text with something in it.
-    pub(crate) fn filled_text(&self, report: &mut Report<'_>) -> Option<&'t str> {
-        let text = self.text(report)?;
+    pub(crate) fn filled_text(&self) -> Option<&'t str> {
+        let text = self.text()?;
         if text.trim().is_empty() {
-            self.problem(report, "is empty: write a text or leave the key out");
-            return None;
+            return self.refused("is empty: write a text or leave the key out");
         }
         Some(text)
     }
 
     /// One text or a list of them, each with its own place.
-    pub(crate) fn texts(&self, report: &mut Report<'_>) -> Vec<(&'t str, Entry<'t>)> {
+    pub(crate) fn texts(&self) -> Vec<(&'t str, Entry<'t>)> {
         let entries: Vec<Entry<'t>> = match self.items() {
             Some(items) => items.collect(),
-            None => vec![Entry { path: self.path.clone(), at: self.at, value: self.value }],
+            None => vec![Entry { path: self.path.clone(), ..*self }],
         };
-        entries.into_iter().filter_map(|entry: Entry<'t>| Some((entry.filled_text(report)?, entry))).collect()
+        entries.into_iter().filter_map(|entry: Entry<'t>| Some((entry.filled_text()?, entry))).collect()
+    }
+
+    /// The bytes of the file `path` that this value names.
+    pub(crate) fn file(&self, path: &str, open: Open<'_>) -> Option<Vec<u8>> {
+        let failed = |error| format!("cannot read `{path}`: {error}; the path is relative to the scene file");
+        open(path).map_err(|error| self.problem(&failed(error))).ok()
     }
 
     /// True or false.
-    pub(crate) fn flag(&self, report: &mut Report<'_>) -> Option<bool> {
+    pub(crate) fn flag(&self) -> Option<bool> {
         match self.value.kind {
             Kind::Flag(flag) => Some(flag),
-            _ => {
-                self.expected("true or false", report);
-                None
-            }
+            _ => self.expected("true or false"),
         }
     }
 
     /// A finite number.
-    pub(crate) fn number(&self, report: &mut Report<'_>) -> Option<Number> {
+    pub(crate) fn number(&self) -> Option<Number> {
         let Kind::Number(value) = self.value.kind else {
-            self.expected("a number", report);
-            return None;
+            return self.expected("a number");
         };
         if !value.is_finite() {
-            self.problem(report, &format!("{value} is not a finite number"));
-            return None;
+            return self.refused(&format!("{value} is not a finite number"));
         }
         Some(Number { value, at: self.at })
     }
 
     /// A finite number above zero.
-    pub(crate) fn positive(&self, report: &mut Report<'_>) -> Option<f64> {
-        let number = self.number(report)?;
+    pub(crate) fn positive(&self) -> Option<f64> {
+        let number = self.number()?;
         if number.value <= 0.0 {
-            self.problem(report, &format!("{} is not positive", number.value));
-            return None;
+            return self.refused(&format!("{} is not positive", number.value));
         }
         Some(number.value)
     }
 
     /// A list of finite numbers.
-    pub(crate) fn numbers(&self, report: &mut Report<'_>) -> Option<Numbers> {
+    pub(crate) fn numbers(&self) -> Option<Numbers> {
         let Some(items) = self.items() else {
-            self.expected("a list of numbers such as [1.0, 2.0]", report);
-            return None;
+            return self.expected("a list of numbers such as [1.0, 2.0]");
         };
-        let numbers: Vec<Option<Number>> = items.map(|item| item.number(report)).collect();
+        let numbers: Vec<Option<Number>> = items.map(|item| item.number()).collect();
         let is_complete = numbers.iter().all(Option::is_some);
         Some(Numbers { readable: numbers.into_iter().flatten().collect(), is_complete })
     }
 
     /// One finite number, or a list of them.
-    pub(crate) fn number_or_list(&self, report: &mut Report<'_>) -> Option<Numbers> {
+    pub(crate) fn number_or_list(&self) -> Option<Numbers> {
         if self.is_list() {
-            return self.numbers(report);
+            return self.numbers();
         }
-        self.number(report).map(|number| Numbers { readable: vec![number], is_complete: true })
+        self.number().map(|number| Numbers { readable: vec![number], is_complete: true })
     }
 
     /// Whether this is a list.
@@ -212,32 +221,29 @@ impl<'t> Entry<'t> {
     }
 
     /// Three finite numbers.
-    pub(crate) fn vector(&self, report: &mut Report<'_>) -> Option<DVec3> {
-        let Numbers { readable, is_complete: true } = self.numbers(report)? else { return None };
+    pub(crate) fn vector(&self) -> Option<DVec3> {
+        let Numbers { readable, is_complete: true } = self.numbers()? else { return None };
         let [x, y, z] = readable[..] else {
-            self.problem(report, &format!("expected three numbers [x, y, z], found {}", readable.len()));
-            return None;
+            return self.refused(&format!("expected three numbers [x, y, z], found {}", readable.len()));
         };
         Some(DVec3::new(x.value, y.value, z.value))
     }
 
     /// A table.
-    pub(crate) fn table(&self, report: &mut Report<'_>) -> Option<Table<'t>> {
+    pub(crate) fn table(&self) -> Option<Table<'t>> {
         match &self.value.kind {
-            Kind::Table(entries) => Some(Table { path: self.path.clone(), at: self.at, entries }),
-            _ => {
-                self.expected("a table", report);
-                None
+            Kind::Table(entries) => {
+                Some(Table { path: self.path.clone(), at: self.at, entries, report: self.report })
             }
+            _ => self.expected("a table"),
         }
     }
 
     /// The tables of a list of tables; `header` is how the file writes one.
-    pub(crate) fn tables(&self, header: &str, report: &mut Report<'_>) -> Vec<Table<'t>> {
+    pub(crate) fn tables(&self, header: &str) -> Vec<Table<'t>> {
         let Some(items) = self.items() else {
-            self.expected(&format!("tables, each begun by {header}"), report);
-            return Vec::new();
+            return self.expected(&format!("tables, each begun by {header}")).unwrap_or_default();
         };
-        items.filter_map(|item| item.table(report)).collect()
+        items.filter_map(|item| item.table()).collect()
     }
 }

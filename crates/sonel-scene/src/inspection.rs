@@ -5,36 +5,29 @@ use sonel_geometry::{Geometry, Misplaced, Obstacle};
 
 use crate::report::Report;
 use crate::scene::{Receiver, Source};
-use crate::sections::points::Placed;
-
-/// Positions in the file, where and under which key.
-struct Position {
-    position: DVec3,
-    at: usize,
-    path: String,
-}
+use crate::sections::points::{Placed, Spot};
 
 /// Reports sources and receivers where sound cannot be, and tells what building the geometry changed.
 pub(crate) fn inspect(
     geometry: Option<&Geometry>,
     sources: &[Placed<Source>],
     receivers: &[Placed<Receiver>],
-    report: &mut Report<'_>,
+    report: &Report,
 ) {
-    let sources = positions(sources, |source| source.position);
-    let receivers = positions(receivers, |receiver| receiver.position);
+    let (sources, receivers) = (readable(sources), readable(receivers));
     // Without walls only equal positions are certainly too close.
     let too_close = geometry.map_or(0.0, |geometry| f64::from(geometry.resolution()));
-    for receiver in &receivers {
-        for source in sources.iter().filter(|s| s.position.distance(receiver.position) <= too_close) {
+    for (at, receiver) in &receivers {
+        for (_, source) in sources.iter().filter(|(_, s)| s.position.distance(receiver.position) <= too_close)
+        {
             let message =
                 format!("{}: is the position of {}; move one of the two", receiver.path, source.path);
-            report.problem(receiver.at, message);
+            report.problem(*at, message);
         }
     }
     let Some(geometry) = geometry else { return };
-    let all_sources: Vec<DVec3> = sources.iter().map(|source| source.position).collect();
-    for Position { position, at, path } in sources.iter().chain(&receivers) {
+    let all_sources: Vec<DVec3> = sources.iter().map(|(_, source)| source.position).collect();
+    for (at, Spot { position, path, .. }) in sources.iter().chain(&receivers) {
         if let Err(misplaced) = geometry.check_place(*position, &all_sources) {
             let swapped = swapped(geometry, *position, &misplaced).unwrap_or_default();
             report.problem(*at, format!("{path}: {position} {misplaced}{swapped}"));
@@ -55,10 +48,7 @@ fn swapped(geometry: &Geometry, place: DVec3, misplaced: &Misplaced) -> Option<S
     ))
 }
 
-fn positions<T>(placed: &[Placed<T>], position: impl Fn(&T) -> DVec3) -> Vec<Position> {
-    let of = |placed: &Placed<T>| {
-        let at = placed.position_at?;
-        Some(Position { position: position(&placed.point), at, path: placed.position_path.clone() })
-    };
-    placed.iter().filter_map(of).collect()
+/// The positions that could be read, and where they stand in the file.
+fn readable<T>(placed: &[Placed<T>]) -> Vec<(usize, &Spot)> {
+    placed.iter().filter_map(|placed| Some((placed.spot.at?, &placed.spot))).collect()
 }

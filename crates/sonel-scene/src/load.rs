@@ -15,8 +15,9 @@ use crate::formats;
 use crate::inspection::inspect;
 use crate::library;
 use crate::notation::{count, number, place, shell_word};
+use crate::obj::LineProblem;
 use crate::polygon_mesh::PolygonMesh;
-use crate::report::{Remarks, Report};
+use crate::report::{NoteKind, Remarks, Report};
 use crate::room;
 use crate::scene::{default_duration, face_kind};
 use crate::seclusion;
@@ -24,7 +25,7 @@ use crate::sections::points::{Placed, read_receivers, read_sources};
 use crate::sections::regions::Interface;
 use crate::sections::walls::{self, Walls, is_side};
 use crate::sections::{air, designs, materials, regions};
-use crate::value::{Entries, Kind, Value, to_toml};
+use crate::value::{Entries, Value, to_toml};
 use crate::{LONGEST_DEFAULT_DURATION, LONGEST_DURATION, Problem, Receiver, Scene, SceneErrors, Source};
 
 /// Keys of the document itself.
@@ -84,12 +85,13 @@ pub fn load(
 
 /// The scene of `attempt` where it has no problem.
 fn loaded(attempt: Attempt) -> Result<Loaded, SceneErrors> {
-    let Attempt { scene, geometry, problems, remarks: Remarks { notes, defaults, warnings, .. }, .. } =
-        attempt;
+    let Attempt { scene, geometry, problems, remarks: Remarks { notes, warnings }, .. } = attempt;
     if !problems.is_empty() {
         return Err(SceneErrors { problems });
     }
     let geometry = geometry.expect("a scene without problems has walls");
+    let defaults = (0..notes.len()).filter(|&index| notes[index].kind == NoteKind::Default).collect();
+    let notes = notes.into_iter().map(|note| note.text).collect();
     Ok(Loaded { scene, geometry, notes, defaults, warnings })
 }
 
@@ -113,8 +115,7 @@ impl Document {
     ) -> Self {
         let mesh_name = mesh.as_ref().map(|_| ("mesh".to_owned(), Value::from(Self::MESH_NAME)));
         let keys = keys.into_iter().map(|(key, value)| (key.into(), value));
-        let entries = mesh_name.into_iter().chain(keys).map(|(key, value)| (key, 0, value));
-        Self { keys: Entries(entries.collect()), mesh }
+        Self { keys: Entries::made(mesh_name.into_iter().chain(keys)), mesh }
     }
 
     /// Polygons; none for a shoebox.
@@ -144,9 +145,7 @@ impl Document {
         let begin = "mesh = ".len();
         let name = self.mesh.as_ref().map_or(0..0, |_| begin..begin + Self::MESH_NAME.len() + 2);
         let origin = Origin { text: &text, mesh_name: name, mesh: self.mesh.as_ref() };
-        let mut report = Report::new(Self::LABEL, None);
-        let compiled = compile(&Table::document(&self.keys), &origin, &mut none, &mut report);
-        Attempt::of(compiled, report)
+        compile(&self.keys, &origin, &mut none, Report::new(Self::LABEL, None))
     }
 }
 
@@ -165,15 +164,15 @@ struct Origin<'a> {
 /// # Errors
 /// Every problem of the file; a file without receivers is one.
 pub fn load_receivers(toml_text: &str, file_label: &str) -> Result<Vec<Receiver>, SceneErrors> {
-    let read = |document: &Table<'_>, report: &mut Report<'_>| {
-        document.allow_only(&["receivers"], report);
-        let receivers = read_receivers(document, None, report);
-        if receivers.is_empty() {
-            report.problem(0, "no receivers; add a [[receivers]] table with a name and a position");
-        }
-        receivers.into_iter().map(|Placed { point, .. }| point).collect()
-    };
-    read_document(toml_text, file_label, read).map(|(receivers, _)| receivers)
+    let (entries, report) = parsed(toml_text, file_label)?;
+    let document = Table::document(&entries, &report);
+    document.allow_only(&["receivers"]);
+    let receivers = read_receivers(&document, None);
+    if receivers.is_empty() {
+        report.problem(0, "no receivers; add a [[receivers]] table with a name and a position");
+    }
+    report.finish()?;
+    Ok(receivers.into_iter().map(|Placed { point, .. }| point).collect())
 }
 
 /// Reads `variants` of the material `name` in a scene of `materials` and `bands`: tables with the keys of `[[materials.NAME.variants]]`,
@@ -188,14 +187,15 @@ pub fn read_variants(
     materials: &[Material],
     bands: &Bands,
 ) -> Result<Vec<Material>, SceneErrors> {
-    let tables =
-        Value::table([("materials", Value::table([(name, Value::table([("variants", variants)]))]))]);
-    let read = |document: &Table<'_>, report: &mut Report<'_>| {
-        let bands = BandChoice::certain(bands.clone());
-        let sources = library::MaterialSources::default();
-        materials::read_variants(document, materials, &bands, &sources, report)
-    };
-    Ok(read_value(tables, label, read)?.into_iter().flatten().collect())
+    let own = Value::table([(name, Value::table([("variants", variants)]))]);
+    let (entries, report) = (Entries::made([("materials", own)]), Report::new(label, None));
+    let sources = library::MaterialSources::shipped(BandChoice::certain(bands.clone()));
+    let document = Table::document(&entries, &report);
+    let table = document.table("materials").and_then(|section| section.table(name));
+    let found = materials.iter().find(|material| material.name == name).zip(table);
+    let variants = found.map(|(material, own)| materials::variants_of(material, &own, &sources));
+    report.finish()?;
+    Ok(variants.unwrap_or_default())
 }
 
 /// Reads the material `name` of `keys`, as `[materials.NAME]` has them, for a map of `bands`. `label` is what messages call it.
@@ -208,9 +208,9 @@ pub fn read_material(
     keys: Vec<(&str, Value)>,
     bands: &Bands,
 ) -> Result<Material, SceneErrors> {
-    let tables = Value::table([("materials", Value::table([(name, Value::table(keys))]))]);
-    let read = |document: &Table<'_>, report: &mut Report<'_>| only_materials(document, bands, report);
-    Ok(read_value(tables, label, read)?.remove(0))
+    let own = Value::table([(name, Value::table(keys))]);
+    let entries = Entries::made([("materials", own)]);
+    Ok(only_materials(&entries, bands, Report::new(label, None))?.remove(0))
 }
 
 /// Reads the `[materials.NAME]` of a file that holds nothing else: materials for a map of `bands`.
@@ -222,65 +222,36 @@ pub fn load_materials(
     file_label: &str,
     bands: &Bands,
 ) -> Result<Vec<Material>, SceneErrors> {
-    let read = |document: &Table<'_>, report: &mut Report<'_>| only_materials(document, bands, report);
-    read_document(toml_text, file_label, read).map(|(materials, _)| materials)
+    let (entries, report) = parsed(toml_text, file_label)?;
+    only_materials(&entries, bands, report)
 }
 
-fn only_materials(document: &Table<'_>, bands: &Bands, report: &mut Report<'_>) -> Vec<Material> {
-    document.allow_only(&["materials"], report);
-    let materials = materials::read(
-        document,
-        &BandChoice::certain(bands.clone()),
-        &library::MaterialSources::default(),
-        report,
-    );
-    for interface in regions::read_interfaces(document, report) {
+fn only_materials(entries: &Entries, bands: &Bands, report: Report) -> Result<Vec<Material>, SceneErrors> {
+    let document = Table::document(entries, &report);
+    document.allow_only(&["materials"]);
+    let sources = library::MaterialSources::shipped(BandChoice::certain(bands.clone()));
+    let (materials, tables) = materials::read(&document, &sources);
+    for interface in regions::interfaces(&tables) {
         let message = format!("{}: a map keeps its interfaces; remove the table", interface.path);
         report.problem(interface.at, message);
     }
     if materials.is_empty() {
         report.problem(0, "no materials; add a table [materials.NAME] with its absorption");
     }
-    materials
+    report.finish()?;
+    Ok(materials)
 }
 
-/// Reads a table made in code, which messages call `label`, with `read`.
-fn read_value<T>(
-    table: Value,
-    label: &str,
-    read: impl FnOnce(&Table<'_>, &mut Report<'_>) -> T,
-) -> Result<T, SceneErrors> {
-    let Kind::Table(entries) = table.kind else { unreachable!("callers make tables") };
-    let mut report = Report::new(label, None);
-    let result = read(&Table::document(&entries), &mut report);
-    report.finish().map(|_| result)
-}
-
-/// Parses a document and reads it with `read`; the remarks come with the result.
-fn read_document<T>(
-    toml_text: &str,
-    file_label: &str,
-    read: impl FnOnce(&Table<'_>, &mut Report<'_>) -> T,
-) -> Result<(T, Remarks), SceneErrors> {
-    let (result, report) = read_all(toml_text, file_label, read)?;
-    Ok((result, report.finish()?))
-}
-
-/// Parses a document and reads it with `read`, whatever problems that reports.
-fn read_all<'t, T>(
-    toml_text: &'t str,
-    file_label: &'t str,
-    read: impl FnOnce(&Table<'_>, &mut Report<'_>) -> T,
-) -> Result<(T, Report<'t>), SceneErrors> {
-    let mut report = Report::new(file_label, Some(toml_text));
+/// Parses a document; problems that leave it readable are in the report.
+fn parsed(toml_text: &str, file_label: &str) -> Result<(Entries, Report), SceneErrors> {
+    let report = Report::new(file_label, Some(toml_text));
     let (document, errors) = DeTable::parse_recoverable(toml_text);
     // A key given twice leaves a sound document; after any other error the rest is guesswork.
     let is_readable = errors.iter().all(|error| error.message() == DUPLICATE_KEY);
     if !is_readable && formats::is_mesh(file_label) {
         let message =
             format!("a mesh, no scene: sonel-trace new {} writes a scene for it", shell_word(file_label));
-        report.problem(0, message);
-        return Err(report.finish().err().unwrap_or(SceneErrors { problems: Vec::new() }));
+        return Err(SceneErrors::of_file(file_label, vec![LineProblem::new(1, message)]));
     }
     for error in errors.iter().take(MOST_TOML_ERRORS) {
         let span = error.span().unwrap_or(0..0);
@@ -293,11 +264,10 @@ fn read_all<'t, T>(
         let last = errors.last().and_then(|error| error.span()).map_or(0, |span| span.start);
         report.problem(last, format!("and {more} more mistakes up to this line: is it a scene file?"));
     }
-    if !is_readable {
-        return Err(report.finish().err().unwrap_or(SceneErrors { problems: Vec::new() }));
+    match is_readable {
+        true => Ok((Entries::parsed(document.get_ref()), report)),
+        false => Err(SceneErrors { problems: report.finish_anyway().1 }),
     }
-    let result = read(&Table::document(&Entries::parsed(document.get_ref())), &mut report);
-    Ok((result, report))
 }
 
 /// What the parser says of a mistake at a place of the text, with the remedy for numbers that other programs and countries write.
@@ -333,61 +303,47 @@ pub(crate) fn attempt(
     file_label: &str,
     open_mesh: walls::OpenMesh<'_>,
 ) -> Result<Attempt, SceneErrors> {
-    let read = |document: &Table<'_>, report: &mut Report<'_>| {
-        let mesh_name = document.span_of("mesh").unwrap_or(0..0);
-        compile(document, &Origin { text: toml_text, mesh_name, mesh: None }, open_mesh, report)
-    };
-    let (compiled, report) = read_all(toml_text, file_label, read)?;
-    Ok(Attempt::of(compiled, report))
-}
-
-impl Attempt {
-    fn of(Compiled { scene, geometry, unknown }: Compiled, report: Report<'_>) -> Self {
-        let (remarks, problems) = report.finish_anyway();
-        Self { scene, geometry, unknown, remarks, problems }
-    }
-}
-
-struct Compiled {
-    scene: Scene,
-    geometry: Option<Geometry>,
-    unknown: Vec<String>,
+    let (entries, report) = parsed(toml_text, file_label)?;
+    let mesh_name = entries.get("mesh").map_or(0..0, |mesh| mesh.span.clone());
+    Ok(compile(&entries, &Origin { text: toml_text, mesh_name, mesh: None }, open_mesh, report))
 }
 
 /// Reads every section. With problems in the report the scene is a makeshift and must not be used.
 fn compile(
-    document: &Table<'_>,
+    entries: &Entries,
     origin: &Origin<'_>,
     open_mesh: walls::OpenMesh<'_>,
-    report: &mut Report<'_>,
-) -> Compiled {
-    document.allow_only(&KEYS, report);
-    let name = read_name(document, report);
-    let bands = bands::read(document, report);
-    let air = air::read(document, report);
-    let material_sources = library::read_material_sources(document, open_mesh, report);
-    let materials = materials::read(document, &bands, &material_sources, report);
-    let mut variants = materials::read_variants(document, &materials, &bands, &material_sources, report);
-    let designs = designs::read(document, &materials, &mut variants, &bands, &material_sources, report);
-    let interfaces = regions::read_interfaces(document, report);
-    let regions = regions::read(document, &air, &bands, report);
-    let up = walls::read_up(document, report);
-    let sources = read_sources(document, &bands, up, open_mesh, report);
+    report: Report,
+) -> Attempt {
+    let document = &Table::document(entries, &report);
+    document.allow_only(&KEYS);
+    let name = read_name(document);
+    let bands = bands::read(document);
+    let air = air::read(document);
+    let read_with = library::read_material_sources(document, bands, open_mesh);
+    let (materials, tables) = materials::read(document, &read_with);
+    let mut variants = materials::read_variants(&materials, &tables, &read_with);
+    let designs = designs::read(document, &materials, &tables, &mut variants, &read_with);
+    let bands = read_with.bands;
+    let interfaces = regions::interfaces(&tables);
+    let regions = regions::read(document, &air, &bands);
+    let up = walls::read_up(document);
+    let sources = read_sources(document, &bands, up, open_mesh);
     let first_source = sources.first().map(|source| source.point.position);
-    let receivers = read_receivers(document, first_source, report);
-    let mut walls = walls::read(document, &materials, open_mesh, origin.mesh, report);
+    let receivers = read_receivers(document, first_source);
+    let mut walls = walls::read(document, &materials, open_mesh, origin.mesh);
     if let Some(walls) = &mut walls {
-        leave_out_holes(walls, &materials, report);
+        leave_out_holes(walls, &materials, &report);
     }
-    let closed = read_closed(document, report);
+    let closed = read_closed(document);
     let geometry =
-        walls.as_mut().and_then(|walls| build(walls, &materials, &interfaces, closed.as_ref(), report));
-    inspect(geometry.as_ref(), &sources, &receivers, report);
-    let compile_media = |geometry| regions::compile(regions, &interfaces, &sources, geometry, report);
+        walls.as_mut().and_then(|walls| build(walls, &materials, &interfaces, closed.as_ref(), &report));
+    inspect(geometry.as_ref(), &sources, &receivers, &report);
+    let compile_media = |geometry| regions::compile(regions, &interfaces, &sources, geometry, &report);
     let media = geometry.as_ref().and_then(compile_media);
 
     if let Some(walls) = &walls {
-        note_unused(&materials, walls, up, report);
+        note_unused(&materials, walls, up, &report);
     }
     let of_walls = walls.as_mut().map(|walls| (std::mem::take(&mut walls.unknown), walls.unit));
     let (unknown, unit) = of_walls.unwrap_or_default();
@@ -396,7 +352,7 @@ fn compile(
         name,
         speed_of_sound: air.speed_of_sound(),
         sound_speed_gradient: air.gradient(),
-        air_attenuation: air.attenuation(&bands.bands),
+        air_attenuation: air.attenuation_of(&air.air, &bands.bands),
         bands: bands.bands,
         air: air.air,
         duration: 0.0,
@@ -414,15 +370,16 @@ fn compile(
     };
     scene.digest = digest(origin, &scene.sources);
     if let Some(geometry) = &geometry {
-        room::describe(&scene, geometry, unit, report);
-        room::warn_of_its_side(&scene, geometry, report);
+        room::describe(&scene, geometry, unit, &report);
+        room::warn_of_its_side(&scene, geometry, &report);
     }
-    scene.duration = read_duration(document, &scene, geometry.as_ref(), report);
+    scene.duration = read_duration(document, &scene, geometry.as_ref());
     if let Some(geometry) = &geometry {
-        air.check_gradient(&scene, geometry, report);
-        seclusion::warn(&scene, geometry, report);
+        air.check_gradient(&scene, geometry, &report);
+        seclusion::warn(&scene, geometry, &report);
     }
-    Compiled { scene, geometry, unknown }
+    let (remarks, problems) = report.finish_anyway();
+    Attempt { scene, geometry, unknown, remarks, problems }
 }
 
 /// Digest of the scene file, whatever the name of its mesh: the same walls in another file are the same scene. Factors of measured directivities
@@ -441,11 +398,11 @@ fn digest(origin: &Origin<'_>, sources: &[Source]) -> [u8; 32] {
     hasher.finalize().into()
 }
 
-fn read_name(document: &Table<'_>, report: &mut Report<'_>) -> String {
+fn read_name(document: &Table<'_>) -> String {
     let name = match document.get("name") {
-        Some(entry) => entry.filled_text(report),
+        Some(entry) => entry.filled_text(),
         None => {
-            report.default("name: \"untitled\" (default)");
+            document.report.default("name: \"untitled\" (default)");
             None
         }
     };
@@ -453,7 +410,7 @@ fn read_name(document: &Table<'_>, report: &mut Report<'_>) -> String {
 }
 
 /// Drops the faces of materials that let everything through in every band: what they do is nothing.
-fn leave_out_holes(walls: &mut Walls, materials: &[Material], report: &mut Report<'_>) {
+fn leave_out_holes(walls: &mut Walls, materials: &[Material], report: &Report) {
     let is_open = |material: &Material| material.transmission.iter().all(|&transmission| transmission >= 1.0);
     let is_hole = |index: u32| materials.get(index as usize).is_some_and(is_open);
     let faces = walls.mesh.triangles.len();
@@ -470,14 +427,14 @@ fn build(
     materials: &[Material],
     interfaces: &[Interface],
     closed: Option<&Entry<'_>>,
-    report: &mut Report<'_>,
+    report: &Report,
 ) -> Option<Geometry> {
     let path = walls.path;
     let mut before = walls.mesh.vertices.len();
     let mut dropped = 0;
     if let Some(mended) = walls.mesh.mended(walls.weld) {
         if mended.joined + mended.attached > 0 {
-            report.repair(format!(
+            report.note_of(NoteKind::Repair, format!(
                 "{path}: cracks up to {} mm closed: {} joined to others, {} put on edges; mesh_weld sets the width",
                 number(1e3 * walls.weld),
                 count(mended.joined, "corner"),
@@ -499,12 +456,15 @@ fn build(
     };
     let joined = before.saturating_sub(geometry.mesh().vertices.len());
     if joined > 0 {
-        report.repair(format!("{path}: vertices joined to others at the same place: {joined}"));
+        report.note_of(
+            NoteKind::Repair,
+            format!("{path}: vertices joined to others at the same place: {joined}"),
+        );
     }
     for Redrawn { materials: of, area, center } in geometry.redrawn() {
         let [first, left_out] = of.map(|index| materials.get(index as usize).map_or("faces", |it| &it.name));
         let [area, about] = [number(*area), place(*center)];
-        report.repaired_fault(match first == left_out {
+        report.note_of(NoteKind::RepairedFault, match first == left_out {
             true => format!("{path}: {area} m² of {left_out} about ({about}) m are drawn more than once"),
             false => format!(
                 "{path}: {area} m² of {left_out} about ({about}) m lie in faces of {first}, which were drawn first and count: \
@@ -514,14 +474,14 @@ fn build(
     }
     let dropped = dropped + geometry.dropped_triangles();
     if dropped > 0 {
-        report.repair(format!("{path}: triangles without area dropped: {dropped}"));
+        report.note_of(NoteKind::Repair, format!("{path}: triangles without area dropped: {dropped}"));
     }
     report_leaks(&geometry, path, closed, report);
     Some(geometry)
 }
 
 /// Tells where sound can escape: an error in a scene that states to be `closed`.
-fn report_leaks(geometry: &Geometry, path: &str, closed: Option<&Entry<'_>>, report: &mut Report<'_>) {
+fn report_leaks(geometry: &Geometry, path: &str, closed: Option<&Entry<'_>>, report: &Report) {
     let mut leaks = Vec::new();
     if !geometry.cracks().is_empty() {
         leaks.push((room::cracks(geometry), ""));
@@ -533,20 +493,20 @@ fn report_leaks(geometry: &Geometry, path: &str, closed: Option<&Entry<'_>>, rep
     for (leak, remedy) in leaks {
         match closed {
             Some(closed) if !geometry.is_watertight() => {
-                closed.problem(report, &format!("{path}: {leak}{remedy}"));
+                closed.problem(&format!("{path}: {leak}{remedy}"));
             }
-            _ => report.fault(format!("{path}: {leak}")),
+            _ => report.note_of(NoteKind::Fault, format!("{path}: {leak}")),
         }
     }
 }
 
 /// The key `closed` where it is true.
-fn read_closed<'t>(document: &Table<'t>, report: &mut Report<'_>) -> Option<Entry<'t>> {
-    document.get("closed").filter(|entry| entry.flag(report) == Some(true))
+fn read_closed<'t>(document: &Table<'t>) -> Option<Entry<'t>> {
+    document.get("closed").filter(|entry| entry.flag() == Some(true))
 }
 
 /// Notes materials that cover nothing; in a shoebox one whose name is not that of a side is a mistake.
-fn note_unused(materials: &[Material], walls: &Walls, up: DVec3, report: &mut Report<'_>) {
+fn note_unused(materials: &[Material], walls: &Walls, up: DVec3, report: &Report) {
     let used: HashSet<u32> = walls.mesh.triangles.iter().map(|triangle| triangle.material).collect();
     for (_, Material { name, .. }) in (0_u32..).zip(materials).filter(|(index, _)| !used.contains(index)) {
         let table = format!("materials.{}", quoted_key(name));
@@ -563,25 +523,18 @@ fn note_unused(materials: &[Material], walls: &Walls, up: DVec3, report: &mut Re
 }
 
 /// The duration stated, or at least 1.2 times the largest Sabine time, rounded up to hundredths of a second.
-fn read_duration(
-    document: &Table<'_>,
-    scene: &Scene,
-    geometry: Option<&Geometry>,
-    report: &mut Report<'_>,
-) -> f64 {
+fn read_duration(document: &Table<'_>, scene: &Scene, geometry: Option<&Geometry>) -> f64 {
     if let Some(entry) = document.get("duration_s") {
-        let duration = entry.positive(report).unwrap_or(0.0);
+        let duration = entry.positive().unwrap_or(0.0);
         if duration > LONGEST_DURATION {
-            entry.problem(
-                report,
-                &format!("{duration} is more than an hour; give at most {LONGEST_DURATION}"),
-            );
+            entry.problem(&format!("{duration} is more than an hour; give at most {LONGEST_DURATION}"));
         }
         return duration;
     }
-    let Some(geometry) = geometry.filter(|_| report.is_clean()) else { return 0.0 };
+    let Some(geometry) = geometry.filter(|_| document.report.is_clean()) else { return 0.0 };
     let Some(sabine) = scene.largest_sabine_time(geometry) else {
-        report
+        document
+            .report
             .problem(0, "duration_s: missing, and a band has no absorption, so there is no default; give it");
         return 0.0;
     };
@@ -591,9 +544,9 @@ fn read_duration(
             "duration_s: missing, and the default, 1.2 times the largest Sabine time of {sabine:.0} s, exceeds {LONGEST_DEFAULT_DURATION} s; \
              check the size of the room and its absorption (sonel-trace check), or give duration_s"
         );
-        report.problem(0, message);
+        document.report.problem(0, message);
     }
-    report.default(format!(
+    document.report.default(format!(
         "duration_s: at least {duration:.2} (default: 1.2 times the largest Sabine time, {sabine:.3} s; longer where the room decays more slowly)"
     ));
     duration

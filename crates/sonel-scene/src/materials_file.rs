@@ -17,7 +17,7 @@ pub fn materials_toml(materials: &[Material], head: &str) -> String {
             "\n[materials.{}]\nabsorption = {absorption:?}\nscattering = {scattering:?}\n",
             quoted_key(name)
         );
-        if transmission.iter().any(|&transmission| transmission > 0.0) {
+        if material.transmits() {
             let _ = writeln!(text, "transmission = {transmission:?}");
         }
         if *law != AbsorptionLaw::Uniform {

@@ -51,6 +51,22 @@ pub struct Media {
 }
 
 impl Media {
+    /// The regions of `geometry`, bounded by the faces of the materials `interfaces`, with the airs at `sources` [m].
+    ///
+    /// # Errors
+    /// Everything that is wrong with regions and interfaces.
+    pub fn find(
+        geometry: &Geometry,
+        regions: Vec<Region>,
+        interfaces: Vec<u32>,
+        sources: &[DVec3],
+    ) -> Result<Self, Vec<MediaFault>> {
+        let inside: Vec<DVec3> = regions.iter().map(|region| region.inside).collect();
+        let (sides, airs) = find_sides(geometry, &inside)?;
+        let at_sources = sources.iter().map(|&source| airs.at(source)).collect();
+        Ok(Self { regions, interfaces, sides, at_sources })
+    }
+
     /// Whether the faces of `material` are interfaces.
     #[must_use]
     pub fn is_interface(&self, material: u32) -> bool {
@@ -194,7 +210,10 @@ impl fmt::Display for MediaFault {
 ///
 /// # Errors
 /// Everything that is wrong.
-pub fn find_sides(geometry: &Geometry, inside: &[DVec3]) -> Result<Vec<[u32; 2]>, Vec<MediaFault>> {
+fn find_sides<'a>(
+    geometry: &'a Geometry,
+    inside: &[DVec3],
+) -> Result<(Vec<[u32; 2]>, Airs<'a>), Vec<MediaFault>> {
     let airs = Airs::new(geometry, inside.iter().copied());
     let first_in = |region: usize| airs.of_region.iter().position(|of| *of == airs.of_region[region]);
     let doubled = (0..inside.len()).filter_map(|region| {
@@ -223,5 +242,5 @@ pub fn find_sides(geometry: &Geometry, inside: &[DVec3]) -> Result<Vec<[u32; 2]>
     let bounds = |region: usize| sides.iter().flatten().any(|&side| side == region as u32 + 1);
     let unbounded = (0..inside.len()).filter(|&region| first_in(region) == Some(region) && !bounds(region));
     faults.extend(unbounded.map(|region| MediaFault::Unbounded { region }));
-    if faults.is_empty() { Ok(sides) } else { Err(faults) }
+    if faults.is_empty() { Ok((sides, airs)) } else { Err(faults) }
 }

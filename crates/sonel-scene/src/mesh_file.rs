@@ -7,7 +7,7 @@ use sonel_geometry::{Mesh, MeshTriangle};
 
 use crate::document::quoted_key;
 use crate::obj::{self, Face, FileTerms, LineProblem, Polygons, Triangulation};
-use crate::report::Report;
+use crate::report::{NoteKind, Report};
 use crate::suggest::suggest;
 
 /// No coordinate lies further from the origin [m]; generous for national grids, far below where squares overflow.
@@ -39,32 +39,21 @@ pub(crate) fn read(
     file: &str,
     stated: &Stated,
     materials: &[Material],
-    report: &mut Report<'_>,
+    report: &Report,
 ) -> Option<MeshOfFile> {
-    let polygons = match polygons {
-        Ok(polygons) => polygons,
-        Err(problems) => {
-            report_problems(problems, file, report);
-            return None;
-        }
-    };
+    let refused = |problems| report_problems(problems, file, report);
+    let polygons = polygons.map_err(refused).ok()?;
     let (material_of_name, unknown) = match_materials(&polygons, materials, file, report);
     let (vertices, unit) = in_metres(&polygons, file, stated, report);
     let terms = &polygons.terms;
     let mut oddities = Oddities { file, terms, bent: Vec::new(), flat: Vec::new(), doubled: Vec::new() };
-    match triangles(&polygons, &vertices, &material_of_name, &mut oddities) {
-        Ok(triangles) => {
-            oddities.tell(report);
-            for (place, note) in &polygons.notes {
-                report.note(format!("{}: {note}", terms.label(file, *place)));
-            }
-            Some(MeshOfFile { mesh: Mesh { vertices, triangles }, unknown, unit })
-        }
-        Err(problems) => {
-            report_problems(problems, file, report);
-            None
-        }
+    let triangles =
+        triangles(&polygons, &vertices, &material_of_name, &mut oddities).map_err(refused).ok()?;
+    oddities.tell(report);
+    for (place, note) in &polygons.notes {
+        report.note(format!("{}: {note}", terms.label(file, *place)));
     }
+    Some(MeshOfFile { mesh: Mesh { vertices, triangles }, unknown, unit })
 }
 
 /// The faces of a file in triangles, each face once, with the materials of their names.
@@ -115,7 +104,7 @@ fn triangles<'f>(
 }
 
 /// The vertices in metres, with z up where the file says that y is and the scene file says nothing; and the length of the unit [m].
-fn in_metres(polygons: &Polygons, file: &str, stated: &Stated, report: &mut Report<'_>) -> (Vec<DVec3>, f64) {
+fn in_metres(polygons: &Polygons, file: &str, stated: &Stated, report: &Report) -> (Vec<DVec3>, f64) {
     let mut unit = stated.unit.unwrap_or(1.0);
     if let (None, Some((length, name))) = (stated.unit, polygons.terms.unit) {
         unit = length;
@@ -133,15 +122,14 @@ fn in_metres(polygons: &Polygons, file: &str, stated: &Stated, report: &mut Repo
     (polygons.vertices.iter().map(place).collect(), unit)
 }
 
-fn report_problems(mut problems: Vec<LineProblem>, file: &str, report: &mut Report<'_>) {
+fn report_problems(mut problems: Vec<LineProblem>, file: &str, report: &Report) {
     problems.sort_by_key(|problem| problem.line);
     let more = problems.len().saturating_sub(MOST_PROBLEMS);
     let last_line = problems.last().map_or(1, |problem| problem.line);
-    for problem in problems.into_iter().take(MOST_PROBLEMS) {
-        report.problem_in_mesh(file, problem.line, problem.message);
-    }
+    report.problems_of(file, problems.into_iter().take(MOST_PROBLEMS));
     if more > 0 {
-        report.problem_in_mesh(file, last_line, format!("and {more} more problems up to this line"));
+        let message = format!("and {more} more problems up to this line");
+        report.problems_of(file, [LineProblem::new(last_line, message)]);
     }
 }
 
@@ -151,7 +139,7 @@ fn match_materials(
     polygons: &Polygons,
     materials: &[Material],
     file: &str,
-    report: &mut Report<'_>,
+    report: &Report,
 ) -> (Vec<u32>, Vec<String>) {
     let mut problems = Vec::new();
     let mut unknown = Vec::new();
@@ -173,7 +161,7 @@ fn match_materials(
                 quoted_key(&name.name)
             );
             let line = if polygons.terms.counts_lines { name.line } else { 0 };
-            problems.push(LineProblem { line, message });
+            problems.push(LineProblem::new(line, message));
             unknown.push(name.name.clone());
         }
         let behind = (materials.len() + unknown.len()).saturating_sub(1) as u32;
@@ -203,7 +191,7 @@ impl Oddities<'_> {
         }
     }
 
-    fn tell(&self, report: &mut Report<'_>) {
+    fn tell(&self, report: &Report) {
         let kinds = [
             (&self.bent, "the face is not quite plane and was folded along diagonals"),
             (&self.flat, "the face has no area and was dropped"),
@@ -211,7 +199,7 @@ impl Oddities<'_> {
         for (lines, what) in kinds {
             if let Some(first) = lines.first() {
                 let place = self.terms.label(self.file, *first);
-                report.repair(format!("{place}: {what}{}", obj::and_more(lines.len())));
+                report.note_of(NoteKind::Repair, format!("{place}: {what}{}", obj::and_more(lines.len())));
             }
         }
         if let Some((line, first, _)) = self.doubled.first() {
@@ -222,9 +210,10 @@ impl Oddities<'_> {
             } else {
                 format!("face {first}")
             };
-            report.repaired_fault(format!(
-                "{place}: the face has the corners of {other} and is left out{more}"
-            ));
+            report.note_of(
+                NoteKind::RepairedFault,
+                format!("{place}: the face has the corners of {other} and is left out{more}"),
+            );
         }
         let mut conflicts =
             self.doubled.iter().filter_map(|(line, _, materials)| Some((line, (*materials)?)));

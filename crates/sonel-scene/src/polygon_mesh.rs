@@ -72,21 +72,9 @@ impl PolygonMesh {
                 collector.problem(0, format!("a mesh cannot hold the material name {name:?}: rename it"));
             }
         }
-        let mut positions = Vec::new();
+        let vertices: Vec<DVec3> = self.vertices.iter().map(|&vertex| vertex.into()).collect();
         for (number, (corners, name)) in (1..).zip(self.faces()) {
-            positions.clear();
-            let vertex = |corner: &u32| self.vertices.get(*corner as usize);
-            match corners.iter().find(|corner| vertex(corner).is_none()) {
-                Some(wrong) => {
-                    let count = self.vertices.len();
-                    let message = format!("no vertex {wrong}: there are {count}, counted from 0");
-                    collector.problem(number, message);
-                }
-                None => {
-                    positions.extend(corners.iter().filter_map(vertex).map(|&vertex| DVec3::from(vertex)));
-                    collector.face(&positions, name, number);
-                }
-            }
+            collector.indexed(&vertices, corners, name, number);
         }
         collector.finish()
     }

@@ -4,6 +4,8 @@ use std::fmt;
 
 use thiserror::Error;
 
+use crate::obj::LineProblem;
+
 /// A place in a file, lines and columns counted from 1; the column counts characters. Line 0 is the file as a whole.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
@@ -29,6 +31,13 @@ pub struct Problem {
 pub struct SceneErrors {
     /// The problems.
     pub problems: Vec<Problem>,
+}
+
+impl SceneErrors {
+    /// The problems of one file.
+    pub(crate) fn of_file(file: &str, problems: Vec<LineProblem>) -> Self {
+        Self { problems: problems.into_iter().map(|problem| problem.of(file)).collect() }
+    }
 }
 
 impl fmt::Display for Place {

@@ -1,108 +1,116 @@
 //! Collects problems and notes while a scene is read.
 
+use std::cell::RefCell;
+
+use crate::obj::LineProblem;
 use crate::{Place, Problem, SceneErrors};
 
-/// Problems of one scene and the notes for its log, with the text that turns offsets into lines.
-pub(crate) struct Report<'t> {
-    file: &'t str,
+/// Problems of one scene and the notes for its log, with the text that turns offsets into lines. Every table and value of the scene refers to it.
+pub(crate) struct Report {
+    file: String,
     /// None of a scene made in code, which has no lines.
-    text: Option<&'t str>,
-    problems: Vec<Problem>,
-    remarks: Remarks,
+    text: Option<String>,
+    problems: RefCell<Vec<Problem>>,
+    remarks: RefCell<Remarks>,
 }
 
 /// Remarks on a valid scene.
 #[derive(Default)]
 pub(crate) struct Remarks {
-    /// Defaults taken, repairs made.
-    pub(crate) notes: Vec<String>,
-    /// Indices of the notes about defaults and entries of libraries.
-    pub(crate) defaults: Vec<usize>,
-    /// Indices of the notes about faults of the mesh.
-    pub(crate) faults: Vec<usize>,
-    /// Indices of the notes about repairs of the mesh.
-    pub(crate) repairs: Vec<usize>,
+    pub(crate) notes: Vec<Note>,
     /// Likely mistakes.
     pub(crate) warnings: Vec<String>,
 }
 
-impl<'t> Report<'t> {
+/// Something to say in the log.
+pub(crate) struct Note {
+    pub(crate) text: String,
+    pub(crate) kind: NoteKind,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum NoteKind {
+    Plain,
+    /// A default or an entry of a library that was taken: `PATH: VALUE`, perhaps `… (default)`.
+    Default,
+    /// A repair of the mesh.
+    Repair,
+    /// A fault of the mesh, with which it can be traced.
+    Fault,
+    /// A fault of the mesh that was repaired.
+    RepairedFault,
+}
+
+impl Report {
     /// Nothing found yet in `text`, the scene file that messages call `file`.
-    pub(crate) fn new(file: &'t str, text: Option<&'t str>) -> Self {
-        Self { file, text, problems: Vec::new(), remarks: Remarks::default() }
+    pub(crate) fn new(file: &str, text: Option<&str>) -> Self {
+        Self {
+            file: file.to_owned(),
+            text: text.map(str::to_owned),
+            problems: RefCell::default(),
+            remarks: RefCell::default(),
+        }
     }
 
     /// A problem of the scene file at a byte offset.
-    pub(crate) fn problem(&mut self, offset: usize, message: impl Into<String>) {
-        let of_code = || Place { file: self.file.to_owned(), line: 0, column: 1 };
-        let place = self.text.map_or_else(of_code, |text| place(self.file, text, offset));
-        self.problems.push(Problem { place, message: message.into() });
+    pub(crate) fn problem(&self, offset: usize, message: impl Into<String>) {
+        let of_code = || Place { file: self.file.clone(), line: 0, column: 1 };
+        let place = self.text.as_deref().map_or_else(of_code, |text| place(&self.file, text, offset));
+        self.problems.borrow_mut().push(Problem { place, message: message.into() });
     }
 
-    /// A problem at the beginning of a line of another file.
-    pub(crate) fn problem_in_mesh(&mut self, file: &str, line: usize, message: impl Into<String>) {
-        let place = Place { file: file.to_owned(), line, column: 1 };
-        self.problems.push(Problem { place, message: message.into() });
+    /// Problems of another file.
+    pub(crate) fn problems_of(&self, file: &str, problems: impl IntoIterator<Item = LineProblem>) {
+        self.problems.borrow_mut().extend(problems.into_iter().map(|problem| problem.of(file)));
+    }
+
+    /// What another file holds; its problems are reported.
+    pub(crate) fn sound<T>(&self, file: &str, found: Result<T, Vec<LineProblem>>) -> Option<T> {
+        found.map_err(|problems| self.problems_of(file, problems)).ok()
     }
 
     /// Something to say in the log.
-    pub(crate) fn note(&mut self, note: impl Into<String>) {
-        self.remarks.notes.push(note.into());
+    pub(crate) fn note(&self, note: impl Into<String>) {
+        self.note_of(NoteKind::Plain, note);
     }
 
-    /// A default or an entry of a library that was taken: `PATH: VALUE`, perhaps `… (default)`.
-    pub(crate) fn default(&mut self, note: impl Into<String>) {
-        self.remarks.defaults.push(self.remarks.notes.len());
-        self.note(note);
+    /// The same of a kind.
+    pub(crate) fn note_of(&self, kind: NoteKind, note: impl Into<String>) {
+        self.remarks.borrow_mut().notes.push(Note { text: note.into(), kind });
     }
 
-    /// A repair of the mesh.
-    pub(crate) fn repair(&mut self, note: impl Into<String>) {
-        self.remarks.repairs.push(self.remarks.notes.len());
-        self.note(note);
-    }
-
-    /// A fault of the mesh that was repaired.
-    pub(crate) fn repaired_fault(&mut self, note: impl Into<String>) {
-        self.remarks.repairs.push(self.remarks.notes.len());
-        self.fault(note);
-    }
-
-    /// A fault of the mesh, with which it can be traced.
-    pub(crate) fn fault(&mut self, note: impl Into<String>) {
-        self.remarks.faults.push(self.remarks.notes.len());
-        self.note(note);
+    /// A default or an entry of a library that was taken.
+    pub(crate) fn default(&self, note: impl Into<String>) {
+        self.note_of(NoteKind::Default, note);
     }
 
     /// Something that is likely a mistake.
-    pub(crate) fn warn(&mut self, warning: impl Into<String>) {
-        self.remarks.warnings.push(warning.into());
+    pub(crate) fn warn(&self, warning: impl Into<String>) {
+        self.remarks.borrow_mut().warnings.push(warning.into());
     }
 
     /// Problems so far.
     pub(crate) fn problem_count(&self) -> usize {
-        self.problems.len()
+        self.problems.borrow().len()
     }
 
     /// Whether the scene is valid so far.
     pub(crate) fn is_clean(&self) -> bool {
-        self.problems.is_empty()
+        self.problem_count() == 0
     }
 
-    /// The remarks on a valid scene, or everything wrong with it.
-    pub(crate) fn finish(self) -> Result<Remarks, SceneErrors> {
-        let (remarks, problems) = self.finish_anyway();
-        if problems.is_empty() { Ok(remarks) } else { Err(SceneErrors { problems }) }
+    /// Everything wrong with the scene, if anything is.
+    pub(crate) fn finish(self) -> Result<(), SceneErrors> {
+        let (_, problems) = self.finish_anyway();
+        if problems.is_empty() { Ok(()) } else { Err(SceneErrors { problems }) }
     }
 
     /// The remarks and everything wrong: the scene file's problems first, each file's by line.
-    pub(crate) fn finish_anyway(mut self) -> (Remarks, Vec<Problem>) {
-        let scene_file = self.file;
-        self.problems.sort_by_key(|problem| {
-            (problem.place.file != scene_file, problem.place.line, problem.place.column)
-        });
-        self.problems.dedup();
-        (self.remarks, self.problems)
+    pub(crate) fn finish_anyway(self) -> (Remarks, Vec<Problem>) {
+        let mut problems = self.problems.into_inner();
+        problems.sort_by_key(|Problem { place, .. }| (place.file != self.file, place.line, place.column));
+        problems.dedup();
+        (self.remarks.into_inner(), problems)
     }
 }
 

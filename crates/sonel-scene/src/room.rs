@@ -19,7 +19,7 @@ const PLAUSIBLE_LENGTHS: [f64; 2] = [1.0, 1e4];
 
 /// Notes extents, volume, surface, mean free path and Sabine time, and warns of an implausible size. `unit` is the length of
 /// the unit of a mesh file [m].
-pub(crate) fn describe(scene: &Scene, geometry: &Geometry, unit: Option<f64>, report: &mut Report<'_>) {
+pub(crate) fn describe(scene: &Scene, geometry: &Geometry, unit: Option<f64>, report: &Report) {
     let (low, high) = geometry.bounds();
     let extents = high - low;
     let DVec3 { x, y, z } = extents;
@@ -67,7 +67,7 @@ const LEVEL: [&str; 4] = ["floor", "carpet", "ceiling", "roof"];
 const VERTICAL: f64 = 0.5;
 
 /// Warns of a mesh on its side: most of a material that should lie is vertical.
-pub(crate) fn warn_of_its_side(scene: &Scene, geometry: &Geometry, report: &mut Report<'_>) {
+pub(crate) fn warn_of_its_side(scene: &Scene, geometry: &Geometry, report: &Report) {
     for (index, material) in (0_u32..).zip(&scene.materials) {
         if !words(&material.name).iter().any(|word| LEVEL.contains(&word.as_str())) {
             continue;

@@ -9,7 +9,7 @@ use sonel_acoustics::{
 };
 use sonel_geometry::{FaceKind, Geometry, GeometryError, LARGEST_TURN, Mesh, SpeedProfile};
 
-use crate::media::{Media, MediaFault, Region, find_sides};
+use crate::media::{Media, MediaFault, Region};
 use crate::notation;
 
 /// Power level of a source that states none [dB re 1 pW].
@@ -342,14 +342,11 @@ impl Scene {
             let material = &mut self.materials[interface as usize];
             *material = opaque(&material.name, self.bands.count());
         }
-        let mut media = Media { regions, interfaces, sides: Vec::new(), at_sources: Vec::new() };
-        self.media = Some(media.clone());
-        let geometry = self.geometry().expect("the mesh has triangles");
-        let inside: Vec<DVec3> = media.regions.iter().map(|region| region.inside).collect();
-        media.sides = find_sides(&geometry, &inside)?;
-        let airs = media.airs(&geometry);
-        media.at_sources = self.sources.iter().map(|source| airs.at(source.position)).collect();
-        self.media = Some(media);
+        let is_interface = |material| interfaces.contains(&material);
+        let kind = |material| face_kind(&self.materials, material, is_interface);
+        let geometry = Geometry::with_kinds(self.mesh.clone(), kind).expect("the mesh has triangles");
+        let sources: Vec<DVec3> = self.sources.iter().map(|source| source.position).collect();
+        self.media = Some(Media::find(&geometry, regions, interfaces, &sources)?);
         Ok(self)
     }
 
@@ -461,10 +458,9 @@ pub(crate) fn face_kind(
     material: u32,
     is_interface: impl Fn(u32) -> bool,
 ) -> FaceKind {
-    let transmits = |it: &Material| it.transmission.iter().any(|&transmission| transmission > 0.0);
     if is_interface(material) {
         FaceKind::Interface
-    } else if materials.get(material as usize).is_some_and(transmits) {
+    } else if materials.get(material as usize).is_some_and(Material::transmits) {
         FaceKind::Partition
     } else {
         FaceKind::Wall

@@ -1,12 +1,13 @@
 //! Receivers in a closed room that opaque walls seal off from every source.
 
+use sonel_acoustics::Material;
 use sonel_geometry::{Geometry, Surface};
 
 use crate::Scene;
 use crate::report::Report;
 
 /// Warns of each receiver in a region of air to which no way leads from any source, past interfaces and walls that transmit in some band.
-pub(crate) fn warn(scene: &Scene, geometry: &Geometry, report: &mut Report<'_>) {
+pub(crate) fn warn(scene: &Scene, geometry: &Geometry, report: &Report) {
     if !geometry.is_closed_room() || !report.is_clean() {
         return;
     }
@@ -26,5 +27,5 @@ pub(crate) fn warn(scene: &Scene, geometry: &Geometry, report: &mut Report<'_>) 
 
 fn passes(scene: &Scene, surface: &Surface) -> bool {
     let material = scene.materials.get(surface.material as usize);
-    surface.interface || material.is_some_and(|it| it.transmission.iter().any(|&share| share > 0.0))
+    surface.interface || material.is_some_and(Material::transmits)
 }

@@ -34,6 +34,11 @@ impl Entries {
         self.0.iter().find(|(found, ..)| found == key).map(|(.., value)| value)
     }
 
+    /// Entries made in code, in their order.
+    pub(crate) fn made<K: Into<String>, V: Into<Value>>(entries: impl IntoIterator<Item = (K, V)>) -> Self {
+        Self(entries.into_iter().map(|(key, value)| (key.into(), 0, value.into())).collect())
+    }
+
     /// The entries of a TOML document.
     pub(crate) fn parsed(table: &DeTable<'_>) -> Self {
         let entry = |(key, value): (&Spanned<_>, &Spanned<DeValue<'_>>)| {
@@ -49,8 +54,7 @@ impl Entries {
 impl Value {
     /// A table of `entries`, in their order.
     pub fn table<K: Into<String>, V: Into<Self>>(entries: impl IntoIterator<Item = (K, V)>) -> Self {
-        let entries = entries.into_iter().map(|(key, value)| (key.into(), 0, value.into()));
-        Kind::Table(Entries(entries.collect())).into()
+        Kind::Table(Entries::made(entries)).into()
     }
 
     fn parsed(value: &Spanned<DeValue<'_>>) -> Self {

@@ -61,7 +61,8 @@ impl Lines {
         tolerance: f64,
         on_sides: &mut OnSides,
     ) {
-        let mut lines: Vec<[u32; 2]> = self.faces.iter().flat_map(|&face| sides(mesh, face)).collect();
+        let mut lines: Vec<[u32; 2]> =
+            self.faces.iter().flat_map(|&face| mesh.triangles[face as usize].sides()).collect();
         lines.extend(&self.lines);
         lines.sort_unstable();
         lines.dedup();
@@ -95,7 +96,8 @@ impl Lines {
         tolerance: f64,
         on_sides: &OnSides,
     ) -> Option<Vec<(u32, Vec<[u32; 3]>)>> {
-        let mut lines: Vec<[u32; 2]> = self.faces.iter().flat_map(|&face| sides(mesh, face)).collect();
+        let mut lines: Vec<[u32; 2]> =
+            self.faces.iter().flat_map(|&face| mesh.triangles[face as usize].sides()).collect();
         lines.extend(self.divided.keys());
         lines.sort_unstable();
         lines.dedup();
@@ -123,12 +125,6 @@ impl Lines {
 
 fn is_permutation(a: [u32; 3], b: [u32; 3]) -> bool {
     a.iter().all(|corner| b.contains(corner))
-}
-
-/// The sides of a face by their ends, the lower first.
-fn sides(mesh: &Mesh, face: u32) -> [[u32; 2]; 3] {
-    let [a, b, c] = mesh.triangles[face as usize].corners;
-    [[a, b], [b, c], [c, a]].map(|[from, to]| [from.min(to), from.max(to)])
 }
 
 /// Pairs of lines whose bounds meet, by a sweep along one axis.
@@ -183,14 +179,7 @@ impl Plane {
     fn of(mesh: &Mesh, faces: &[u32]) -> Self {
         let areas = faces.iter().map(|&face| mesh.vector_area(face));
         let largest = areas.max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
-        let size = largest.expect("a group has faces").abs();
-        let dropped = if size.x >= size.y && size.x >= size.z {
-            0
-        } else if size.y >= size.z {
-            1
-        } else {
-            2
-        };
+        let dropped = largest.expect("a group has faces").abs().max_position();
         Self { axes: [(dropped + 1) % 3, (dropped + 2) % 3] }
     }
 
@@ -201,9 +190,6 @@ impl Plane {
     /// Crossing of two lines in the interior of both [m].
     fn crossing(&self, [[a, b], [c, d]]: [[DVec3; 2]; 2], tolerance: f64) -> Option<DVec3> {
         let [p, q, r, s] = [a, b, c, d].map(|place| self.project(place));
-        let turn = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {
-            (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
-        };
         let (above, below) = (turn(p, q, r), turn(p, q, s));
         let (left, right) = (turn(r, s, p), turn(r, s, q));
         if above * below >= 0.0 || left * right >= 0.0 {
@@ -212,6 +198,11 @@ impl Plane {
         let place = a.lerp(b, left / (left - right));
         [a, b, c, d].iter().all(|end| end.distance(place) > tolerance).then_some(place)
     }
+}
+
+/// Twice the signed area of a triangle.
+fn turn(p: [f64; 2], q: [f64; 2], r: [f64; 2]) -> f64 {
+    (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
 }
 
 /// A constrained triangulation of the lines in a plane.
@@ -250,10 +241,8 @@ impl<'a> Triangles<'a> {
         for (line, on) in lines {
             for [from, to] in steps(line, on) {
                 let (from, to) = (handles[&from], handles[&to]);
-                if from != to && !triangulation.can_add_constraint(from, to) {
-                    return None;
-                }
                 if from != to {
+                    triangulation.can_add_constraint(from, to).then_some(())?;
                     triangulation.add_constraint(from, to);
                 }
             }
@@ -280,7 +269,7 @@ impl<'a> Triangles<'a> {
     fn rims(&self, faces: &[u32]) -> HashMap<[u32; 2], SmallVec<[usize; 2]>> {
         let mut rims: HashMap<[u32; 2], SmallVec<[usize; 2]>> = HashMap::default();
         for (at, &face) in faces.iter().enumerate() {
-            for side in sides(self.mesh, face) {
+            for side in self.mesh.triangles[face as usize].sides() {
                 for [from, to] in steps(&side, &self.lines[&side]) {
                     toggle(rims.entry([from.min(to), from.max(to)]).or_default(), at);
                 }
@@ -332,7 +321,7 @@ impl<'a> Triangles<'a> {
     /// Whether a face runs clockwise in the plane.
     fn is_turned(&self, face: u32) -> bool {
         let [a, b, c] = self.mesh.corners(face).map(|corner| self.plane.project(corner));
-        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) < 0.0
+        turn(a, b, c) < 0.0
     }
 }
 

@@ -5,13 +5,15 @@
 //!
 //! Reference: [Moeller1997] (docs/references.md).
 
+use crate::mesh::sides;
+use crate::stitch::share_along;
 use crate::{Crossing, Mesh};
 use foldhash::HashSet;
 use glam::{DVec3, Vec3A};
+use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
-use obvhs::{Boundable, BvhBuildParams};
 use rayon::prelude::*;
 use smallvec::SmallVec;
 use std::time::Duration;
@@ -56,43 +58,27 @@ struct Face {
     normal: DVec3,
 }
 
-/// A triangle's bounds.
-struct Bounds(Aabb);
-
-impl Boundable for Bounds {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
-}
-
 /// All meetings of triangles, or of those `changed` with any, in the order of the mesh.
 pub(super) fn find(mesh: &Mesh, changed: Option<&HashSet<u32>>, tolerance: f64) -> Vec<Meeting> {
     let origin = mesh.vertices[0];
     let margin = 2.0 * tolerance;
-    let bounds: Vec<Bounds> = (0..mesh.triangles.len() as u32)
+    let bounds: Vec<Aabb> = (0..mesh.triangles.len() as u32)
         .map(|face| {
             let [a, b, c] = mesh.corners(face).map(|corner| corner - origin);
             let (low, high) = (a.min(b).min(c) - margin, a.max(b).max(c) + margin);
-            Bounds(Aabb { min: Vec3A::from(low.as_vec3()), max: Vec3A::from(high.as_vec3()) })
+            Aabb { min: Vec3A::from(low.as_vec3()), max: Vec3A::from(high.as_vec3()) }
         })
         .collect();
     let faces: Vec<Face> =
         (0..mesh.triangles.len() as u32).into_par_iter().map(|face| Face::new(mesh, face)).collect();
     let tree = build_bvh2(&bounds, BvhBuildParams::fastest_build(), &mut Duration::default());
-    let asked: Vec<u32> = match changed {
-        None => (0..mesh.triangles.len() as u32).collect(),
-        Some(changed) => {
-            let mut asked: Vec<u32> = changed.iter().copied().collect();
-            asked.sort_unstable();
-            asked
-        }
-    };
     let is_changed = |face: u32| changed.is_none_or(|changed| changed.contains(&face));
+    let asked: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|&face| is_changed(face)).collect();
     let found = asked.par_chunks(CHUNK).map(|chunk| {
         let mut found = Vec::new();
         for &first in chunk {
             let from = found.len();
-            near(&tree, bounds[first as usize].0, |second| {
+            near(&tree, bounds[first as usize], |second| {
                 // Of two that are both asked the lower one asks.
                 if second != first && (first < second || !is_changed(second)) {
                     meet(&faces, [first.min(second), first.max(second)], tolerance, &mut found);
@@ -192,11 +178,6 @@ impl Face {
         self.normal.dot(reach).abs() > tolerance || inward.dot(reach) < -tolerance * from.distance(to)
     }
 
-    /// The sides.
-    fn sides(&self) -> impl Iterator<Item = [DVec3; 2]> {
-        (0..3).map(|i| [self.corners[i], self.corners[(i + 1) % 3]])
-    }
-
     /// How far off one of its sides all of another one in its plane is, but for common corners on that side [m]: the most over all sides,
     /// negative where it overlaps.
     fn farthest_off(&self, other: &Self) -> f64 {
@@ -219,9 +200,9 @@ impl Face {
     ) -> impl Iterator<Item = DVec3> + 'a {
         let is_on = move |at: &usize| {
             !other.ids.contains(&self.ids[*at])
-                && other
-                    .sides()
-                    .any(|side| crate::stitch::share_along(side, self.corners[*at], tolerance).is_some())
+                && sides(other.corners)
+                    .into_iter()
+                    .any(|side| share_along(side, self.corners[*at], tolerance).is_some())
         };
         (0..3).filter(is_on).map(|at| self.corners[at])
     }

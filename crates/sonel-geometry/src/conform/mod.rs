@@ -95,18 +95,14 @@ fn grouped(mesh: &Mesh, points: &mut Points, meetings: &[Meeting]) -> Vec<Lines>
             connected.join(*a, *b);
         }
     }
-    let mut groups: Vec<Lines> = Vec::new();
-    let mut of_root: HashMap<u32, usize> = HashMap::default();
     let mut faces: Vec<u32> = meetings.iter().flat_map(|meeting| meeting.faces).collect();
     faces.sort_unstable();
     faces.dedup();
-    for face in faces {
-        let group = *of_root.entry(connected.root(face)).or_insert_with(|| {
-            groups.push(Lines::new(Vec::new()));
-            groups.len() - 1
-        });
-        groups[group].faces.push(face);
-    }
+    let mut groups: Vec<Lines> = connected.groups(faces).into_iter().map(Lines::new).collect();
+    let of_face: HashMap<u32, usize> = (0..)
+        .zip(&groups)
+        .flat_map(|(group, lines)| lines.faces.iter().map(move |&face| (face, group)))
+        .collect();
     for Meeting { faces, contact, .. } in meetings {
         let piece = match contact {
             Contact::Overlap => continue,
@@ -114,7 +110,7 @@ fn grouped(mesh: &Mesh, points: &mut Points, meetings: &[Meeting]) -> Vec<Lines>
             Contact::At(place) => Piece::Point(points.join(*place)),
         };
         for &face in faces {
-            groups[of_root[&connected.root(face)]].add(piece);
+            groups[of_face[&face]].add(piece);
         }
     }
     groups
@@ -123,10 +119,7 @@ fn grouped(mesh: &Mesh, points: &mut Points, meetings: &[Meeting]) -> Vec<Lines>
 /// Faces with a side that has corners on it, in ascending order.
 fn beside<'a>(mesh: &'a Mesh, on_sides: &'a OnSides) -> impl Iterator<Item = u32> + 'a {
     let is_beside = move |face: &u32| {
-        let [a, b, c] = mesh.triangles[*face as usize].corners;
-        [[a, b], [b, c], [c, a]]
-            .into_iter()
-            .any(|[from, to]| on_sides.contains_key(&[from.min(to), from.max(to)]))
+        mesh.triangles[*face as usize].sides().iter().any(|side| on_sides.contains_key(side))
     };
     let count = if on_sides.is_empty() { 0 } else { mesh.triangles.len() as u32 };
     (0..count).filter(is_beside)

@@ -129,7 +129,8 @@ impl Geometry {
                 [0.754_877_666_246_693, 0.569_840_290_998_053].map(|step| (0.5 + *ray as f64 * step).fract());
             let (radius, (sine, cosine)) = (u.sqrt(), libm::sincos(TAU * v));
             let direction = (1.0 - u).sqrt() * normal + radius * (cosine * across + sine * along);
-            let [a, b, c] = self.local_corners(triangles[ray % triangles.len()]);
+            let corners = self.local_corners(triangles[ray % triangles.len()]);
+            let [a, b, c] = corners.map(|corner| corner.as_dvec3());
             let from = self.leave(((a + b + c) / 3.0).as_vec3(), surface, side);
             self.closest_hit(from, direction.as_vec3()).is_none()
         };

@@ -8,7 +8,7 @@ use super::{Geometry, Side};
 use crate::rooms::THICKEST_PARTITION;
 use crate::surfaces::PARALLEL;
 use crate::{Departure, Hit, SurfaceId};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 /// A way out of a partition.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,10 +113,9 @@ impl Geometry {
     /// Hit at the middle of a triangle from `side`.
     fn met_at_middle(&self, triangle: u32, side: Side) -> Option<Hit> {
         let surface = self.triangle_surface(triangle);
-        let corners: [Vec3; 3] =
-            self.mesh.triangles[triangle as usize].corners.map(|corner| self.local[corner as usize]);
-        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let [a, b, c] = self.local_corners(triangle);
+        let middle = (a + b + c) / 3.0;
         let inward = (-side.sign() * self.surface(surface).normal).as_vec3();
-        self.closest_hit(self.step_off(middle, -inward), inward)
+        self.closest_hit(Departure::free(middle - self.lift() * inward), inward)
     }
 }

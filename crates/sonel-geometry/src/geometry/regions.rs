@@ -4,7 +4,7 @@ use super::Geometry;
 use crate::Surface;
 use crate::cells::{Cells, Drawing};
 use crate::cracks::find_cracks;
-use crate::topology::shared_edges;
+use crate::topology::{leave_out, shared_edges};
 use glam::DVec3;
 
 /// The regions into which some surfaces of a mesh divide space. What a crack would join stays apart.
@@ -20,17 +20,16 @@ impl Geometry {
         let is_left_out: Vec<bool> =
             self.of_triangle.iter().map(|surface| is_passed[surface.0 as usize]).collect();
         let mut edges = shared_edges(&self.mesh);
-        edges.iter_mut().for_each(|edge| edge.faces.retain(|face| !is_left_out[*face as usize]));
+        leave_out(&mut edges, &is_left_out);
         let tolerance = f64::from(self.resolution());
         let cracks = find_cracks(&self.mesh, &mut edges, tolerance);
         let drawing = Drawing {
             edges: &edges,
             cracks: &cracks,
             is_left_out: &is_left_out,
-            kinds: &[],
             twins: &self.twins,
-            is_doubled: &[],
             tolerance,
+            ..Drawing::default()
         };
         Regions { geometry: self, cells: Cells::find(&self.mesh, &drawing) }
     }

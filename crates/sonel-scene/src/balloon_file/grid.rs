@@ -1,5 +1,7 @@
 //! A grid of energies over directions as a file gives it, and what is wrong with one.
 
+use sonel_acoustics::energy_to_level_db;
+
 use crate::obj::LineProblem;
 
 /// Difference of levels in one direction from which on a note names it [dB]: rounding of files with one decimal.
@@ -15,10 +17,19 @@ pub(super) struct Grid {
     pub(super) notes: Vec<String>,
 }
 
+/// Mean energies of some rows of one direction, by band, and the largest difference between them [dB].
+pub(super) fn mean(rows: &[&[f64]]) -> (Vec<f64>, f64) {
+    let mut spread = 0.0_f64;
+    let of_band = |band: usize| {
+        let energies = || rows.iter().map(|row| row[band]);
+        let (low, high) = energies().fold((f64::INFINITY, 0.0_f64), |(l, h), e| (l.min(e), h.max(e)));
+        if high > low {
+            spread = spread.max(energy_to_level_db(high / low));
+        }
+        energies().sum::<f64>() / rows.len() as f64
+    };
+    ((0..rows[0].len()).map(of_band).collect(), spread)
+}
+
 /// Everything wrong with a file.
 pub(super) type Problems = Vec<LineProblem>;
-
-/// A problem in a line, 0 for the file as a whole.
-pub(super) fn problem(line: usize, message: impl Into<String>) -> LineProblem {
-    LineProblem { line, message: message.into() }
-}

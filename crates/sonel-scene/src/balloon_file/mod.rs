@@ -6,24 +6,16 @@ mod table;
 
 use sonel_acoustics::{Balloon, BalloonError, Bands, Directivity, energy_to_level_db};
 
+use crate::SceneErrors;
 use crate::obj::LineProblem;
-use crate::problem::{Place, Problem, SceneErrors};
-use grid::{Problems, problem};
+use grid::Problems;
 
 /// Reads the balloon of the file called `name`, for `bands`; with what is to be said about it.
 ///
 /// # Errors
 /// Every problem with its line.
 pub fn load_balloon(name: &str, bytes: &[u8], bands: &Bands) -> Result<(Balloon, Vec<String>), SceneErrors> {
-    read(name, bytes, bands).map_err(|problems| SceneErrors {
-        problems: problems
-            .into_iter()
-            .map(|LineProblem { line, message }| Problem {
-                place: Place { file: name.to_owned(), line, column: 1 },
-                message,
-            })
-            .collect(),
-    })
+    read(name, bytes, bands).map_err(|problems| SceneErrors::of_file(name, problems))
 }
 
 pub(crate) fn read(name: &str, bytes: &[u8], bands: &Bands) -> Result<(Balloon, Vec<String>), Problems> {
@@ -34,9 +26,9 @@ pub(crate) fn read(name: &str, bytes: &[u8], bands: &Bands) -> Result<(Balloon, 
     let balloon = Balloon::new(label, grid.shape, grid.energies).map_err(|error| match error {
         BalloonError::Silent(band) => {
             let line = usize::from(!is_sofa);
-            vec![problem(line, format!("band {} Hz: no direction has sound", bands.nominal()[band]))]
+            vec![LineProblem::new(line, format!("band {} Hz: no direction has sound", bands.nominal()[band]))]
         }
-        other => vec![problem(0, other.to_string())],
+        other => vec![LineProblem::new(0, other.to_string())],
     })?;
     notes.push(describe(&balloon, bands));
     Ok((balloon, notes))

@@ -13,10 +13,12 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use sonel_acoustics::{Bands, energy_to_level_db};
+use sonel_acoustics::Bands;
 use sonel_sofa::{Array, Sofa, Triangles};
 
-use super::grid::{Grid, Problems, SPREAD_DB, problem};
+use crate::obj::LineProblem;
+
+use super::grid::{Grid, Problems, SPREAD_DB, mean};
 
 /// The convention that is read.
 const CONVENTION: &str = "FreeFieldDirectivityTF";
@@ -36,7 +38,7 @@ const GAP_STEP: usize = 10;
 /// # Errors
 /// A file that is damaged, of another convention, or does not cover bands or directions.
 pub(super) fn read(bytes: &[u8], bands: &Bands) -> Result<Grid, Problems> {
-    grid(bytes, bands).map_err(|message| vec![problem(0, message)])
+    grid(bytes, bands).map_err(|message| vec![LineProblem::new(0, message)])
 }
 
 /// A measured direction: ahead, left, up.
@@ -299,10 +301,15 @@ impl Triplets {
         if !self.is_spherical {
             return DVec3::new(x, y, z);
         }
-        let (azimuth, elevation) = (x.to_radians(), y.to_radians());
-        let across = z * libm::cos(elevation);
-        DVec3::new(across * libm::cos(azimuth), across * libm::sin(azimuth), z * libm::sin(elevation))
+        spherical(x, y, z)
     }
+}
+
+/// Cartesian coordinates of an azimuth, an elevation [°] and a distance.
+fn spherical(azimuth: f64, elevation: f64, distance: f64) -> DVec3 {
+    let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
+    let across = distance * libm::cos(elevation);
+    DVec3::new(across * libm::cos(azimuth), across * libm::sin(azimuth), distance * libm::sin(elevation))
 }
 
 /// Whether an array has azimuth, elevation [°] and distance [m], not x, y, z [m].
@@ -337,22 +344,15 @@ fn merged(all: Vec<Measured>) -> (Vec<Measured>, f64) {
         let key = measured.direction.to_array().map(|part| libm::round(part / SAME) as i64);
         groups.entry(key).or_default().push(measured);
     }
-    let mut spread = 0.0_f64;
+    let mut largest = 0.0_f64;
     let merge = |group: Vec<Measured>| {
-        let count = group.len() as f64;
-        let bands = 0..group[0].energies.len();
-        let mean = |band: usize| {
-            let energies = || group.iter().map(|measured| measured.energies[band]);
-            let (low, high) = energies().fold((f64::INFINITY, 0.0_f64), |(l, h), e| (l.min(e), h.max(e)));
-            if high > low {
-                spread = spread.max(energy_to_level_db(high / low));
-            }
-            energies().sum::<f64>() / count
-        };
-        Measured { energies: bands.map(mean).collect(), direction: group[0].direction }
+        let rows: Vec<&[f64]> = group.iter().map(|measured| &measured.energies[..]).collect();
+        let (energies, spread) = mean(&rows);
+        largest = largest.max(spread);
+        Measured { energies, direction: group[0].direction }
     };
     let measured = groups.into_values().map(merge).collect();
-    (measured, spread)
+    (measured, largest)
 }
 
 /// Checks that every direction has a measured one within 30°.
@@ -361,8 +361,7 @@ fn check_coverage(directions: &[DVec3]) -> Result<(), String> {
         .step_by(GAP_STEP)
         .flat_map(|azimuth| (-90..=90).step_by(GAP_STEP).map(move |elevation| (azimuth, elevation)))
     {
-        let (a, e) = (f64::from(azimuth).to_radians(), f64::from(elevation).to_radians());
-        let u = DVec3::new(libm::cos(e) * libm::cos(a), libm::cos(e) * libm::sin(a), libm::sin(e));
+        let u = spherical(f64::from(azimuth), f64::from(elevation), 1.0);
         if !directions.iter().any(|direction| direction.dot(u) >= COVERED_COSINE) {
             return Err(format!(
                 "{} directions leave a gap: none is within 30° of azimuth {azimuth}°, elevation {elevation}°; measure all around, or write a table \

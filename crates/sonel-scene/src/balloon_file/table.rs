@@ -5,9 +5,9 @@
 
 use std::collections::BTreeMap;
 
-use sonel_acoustics::{BandWidth, Bands, energy_from_level_db, energy_to_level_db};
+use sonel_acoustics::{BandWidth, Bands, energy_from_level_db};
 
-use super::grid::{Grid, Problems, SPREAD_DB, problem};
+use super::grid::{Grid, Problems, SPREAD_DB, mean};
 use crate::obj::LineProblem;
 
 /// Largest distance of an angle from a multiple of the step [°]: files round to two decimals.
@@ -39,16 +39,22 @@ struct Axis {
 /// Every problem with its line.
 pub(super) fn read(bytes: &[u8], bands: &Bands) -> Result<Grid, Problems> {
     let (rows, mut notes) = read_rows(bytes, bands)?;
-    let (is_pole, off_poles): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|row| row.is_pole());
+    let (at_poles, off_poles): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|row| row.is_pole());
+    let poles = [true, false].map(|is_front| pole(&at_poles, is_front));
     let polars = polar_axis(&off_poles)?;
     let azimuths = azimuth_axis(&off_poles)?;
-    let energies = fill(&is_pole, &off_poles, &azimuths, &polars, bands.count())?;
+    let energies = fill(&poles, &off_poles, &azimuths, &polars, bands.count())?;
     let largest = off_poles.iter().map(|row| row.azimuth).fold(0.0, f64::max);
     if azimuths.count > 1 && largest <= 180.0 + ANGLE_TOLERANCE {
         let planes = if largest <= 90.0 + ANGLE_TOLERANCE { "both planes" } else { "the horizontal plane" };
         notes.push(format!("azimuths end at {largest}° and are mirrored at {planes}"));
     }
-    notes.extend(pole_spread(&is_pole));
+    let largest = poles.iter().flatten().map(|(_, spread)| *spread).fold(0.0, f64::max);
+    if largest > SPREAD_DB {
+        notes.push(format!(
+            "levels at one pole differ by up to {largest:.1} dB; the mean of their energies is used"
+        ));
+    }
     Ok(Grid { shape: [azimuths.count, polars.count, bands.count()], energies, notes })
 }
 
@@ -62,7 +68,7 @@ impl Row {
 fn read_rows(bytes: &[u8], bands: &Bands) -> Result<(Vec<Row>, Vec<String>), Problems> {
     let mut reader =
         csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).comment(Some(b'#')).from_reader(bytes);
-    let headers = reader.headers().map_err(|error| vec![problem(1, error.to_string())])?.clone();
+    let headers = reader.headers().map_err(|error| vec![LineProblem::new(1, error.to_string())])?.clone();
     let header_line = line_of(bytes, headers.position());
     let (columns, notes) = band_columns(&headers, header_line, bands)?;
     let (mut rows, mut problems) = (Vec::new(), Vec::new());
@@ -72,12 +78,12 @@ fn read_rows(bytes: &[u8], bands: &Bands) -> Result<(Vec<Row>, Vec<String>), Pro
                 let line = line_of(bytes, record.position());
                 match read_row(&record, line, &headers, &columns) {
                     Ok(row) => rows.push(row),
-                    Err(message) => problems.push(problem(line, message)),
+                    Err(message) => problems.push(LineProblem::new(line, message)),
                 }
             }
             Err(error) => {
                 let line = line_of(bytes, error.position());
-                problems.push(problem(line, format!("not readable: {error}")));
+                problems.push(LineProblem::new(line, format!("not readable: {error}")));
             }
         }
     }
@@ -108,7 +114,7 @@ fn band_columns(
         let found: Vec<&str> = names.into_iter().take(3).collect();
         let message =
             format!("the header begins \"{}\"; it must begin \"azimuth_deg,polar_deg\"", found.join(","));
-        return Err(vec![problem(line, message)]);
+        return Err(vec![LineProblem::new(line, message)]);
     };
     let mut problems = Vec::new();
     let is_nominal = |hz: f64| {
@@ -118,11 +124,13 @@ fn band_columns(
     for name in centers {
         match name.parse::<f64>() {
             Ok(hz) if is_nominal(hz) && !frequencies.contains(&hz) => frequencies.push(hz),
-            Ok(hz) if is_nominal(hz) => problems.push(problem(line, format!("band {hz} Hz is given twice"))),
+            Ok(hz) if is_nominal(hz) => {
+                problems.push(LineProblem::new(line, format!("band {hz} Hz is given twice")))
+            }
             _ => {
                 let message =
                     format!("column `{name}` is not a band; name columns by nominal centre frequency in Hz");
-                problems.push(problem(line, message));
+                problems.push(LineProblem::new(line, message));
             }
         }
     }
@@ -132,7 +140,7 @@ fn band_columns(
     if !missing.is_empty() && problems.is_empty() {
         let message =
             format!("no column for {} Hz; give one for every band of the scene", missing.join(", "));
-        problems.push(problem(line, message));
+        problems.push(LineProblem::new(line, message));
     }
     if !problems.is_empty() {
         return Err(problems);
@@ -183,7 +191,7 @@ fn multiple(angle: f64, step: f64, what: &str, line: usize) -> Result<usize, Lin
     if (angle - number * step).abs() > ANGLE_TOLERANCE {
         let message =
             format!("{what} {angle}° is not a multiple of the step {step}°: all steps must be equal");
-        return Err(problem(line, message));
+        return Err(LineProblem::new(line, message));
     }
     Ok(number as usize)
 }
@@ -193,7 +201,7 @@ fn check_step(step: f64, whole: f64, what: &str, line: usize) -> Result<Axis, Pr
     if step < FINEST_STEP - ANGLE_TOLERANCE || (count * step - whole).abs() > count * ANGLE_TOLERANCE {
         let message =
             format!("step {step}° between {what}s does not divide {whole}°, or is below {FINEST_STEP}°");
-        return Err(vec![problem(line, message)]);
+        return Err(vec![LineProblem::new(line, message)]);
     }
     Ok(Axis { step: whole / count, count: count as usize })
 }
@@ -201,7 +209,10 @@ fn check_step(step: f64, whole: f64, what: &str, line: usize) -> Result<Axis, Pr
 /// Polar angles from pole to pole.
 fn polar_axis(off_poles: &[&Row]) -> Result<Axis, Problems> {
     let Some(first) = off_poles.first() else {
-        return Err(vec![problem(1, "no direction but the poles; give polar angles between 0 and 180°")]);
+        return Err(vec![LineProblem::new(
+            1,
+            "no direction but the poles; give polar angles between 0 and 180°",
+        )]);
     };
     let mut angles: Vec<f64> = off_poles.iter().map(|row| row.polar).chain([0.0, 180.0]).collect();
     let axis = check_step(usual_step(&mut angles), 180.0, "polar angle", first.line)?;
@@ -219,7 +230,7 @@ fn azimuth_axis(off_poles: &[&Row]) -> Result<Axis, Problems> {
     if step > COARSEST_STEP + ANGLE_TOLERANCE {
         let message =
             format!("azimuths are {step}° apart, at most 90° are allowed; give a second polar at azimuth 90");
-        return Err(vec![problem(line, message)]);
+        return Err(vec![LineProblem::new(line, message)]);
     }
     check_step(step, 360.0, "azimuth", line)
 }
@@ -235,7 +246,7 @@ fn usual_step(angles: &mut [f64]) -> f64 {
 
 /// Energies of the whole grid by azimuth, polar angle and band.
 fn fill(
-    poles: &[&Row],
+    poles: &[Option<(Vec<f64>, f64)>; 2],
     off_poles: &[&Row],
     azimuths: &Axis,
     polars: &Axis,
@@ -250,7 +261,7 @@ fn fill(
             (Ok(i), Ok(j)) => {
                 if let Some(first) = nodes.insert((i % azimuths.count, j), row) {
                     let message = format!("this direction is given already in line {}", first.line);
-                    problems.push(problem(row.line, message));
+                    problems.push(LineProblem::new(row.line, message));
                 }
             }
             (i, j) => problems.extend([i.err(), j.err()].into_iter().flatten()),
@@ -262,10 +273,12 @@ fn fill(
     let mut gaps: Vec<(usize, usize)> = Vec::new();
     for (i, j) in (0..azimuths.count).flat_map(|i| (0..polars.count).map(move |j| (i, j))) {
         if j == 0 || j + 1 == polars.count {
-            energies.extend(pole(poles, j == 0, bands).ok_or_else(|| {
+            let Some((mean, _)) = &poles[usize::from(j > 0)] else {
                 let angle = if j == 0 { 0 } else { 180 };
-                vec![problem(1, format!("no row with polar angle {angle}°; the grid ends there"))]
-            })?);
+                let message = format!("no row with polar angle {angle}°; the grid ends there");
+                return Err(vec![LineProblem::new(1, message)]);
+            };
+            energies.extend(mean);
         } else if let Some(row) = nodes.get(&(mirrored(i), j)) {
             energies.extend(&row.energies);
         } else {
@@ -284,7 +297,7 @@ fn fill(
         let message = format!(
             "gap in the grid behind this line: no row for azimuth {azimuth}°, polar angle {polar}°{others}"
         );
-        problems.push(problem(before, message));
+        problems.push(LineProblem::new(before, message));
     }
     if problems.is_empty() { Ok(energies) } else { Err(problems) }
 }
@@ -301,29 +314,11 @@ fn mirror(farthest: usize, count: usize) -> impl Fn(usize) -> usize {
     }
 }
 
-/// Mean energies of the rows at a pole.
-fn pole(rows: &[&Row], is_front: bool, bands: usize) -> Option<Vec<f64>> {
-    let rows: Vec<&&Row> = rows.iter().filter(|row| (row.polar < 90.0) == is_front).collect();
-    let mean = |band: usize| rows.iter().map(|row| row.energies[band]).sum::<f64>() / rows.len() as f64;
-    (!rows.is_empty()).then(|| (0..bands).map(mean).collect())
-}
-
-/// By how much rows at one pole differ, where that is worth saying.
-fn pole_spread(rows: &[&Row]) -> Option<String> {
-    let spread = |is_front: bool| {
-        let here: Vec<&&Row> = rows.iter().filter(|row| (row.polar < 90.0) == is_front).collect();
-        let bands = here.first().map_or(0, |row| row.energies.len());
-        let of_band = |band: usize| {
-            let energies = here.iter().map(|row| row.energies[band]);
-            let (low, high) = energies.fold((f64::INFINITY, 0.0_f64), |(l, h), e| (l.min(e), h.max(e)));
-            if high > 0.0 { energy_to_level_db(high / low) } else { 0.0 }
-        };
-        (0..bands).map(of_band).fold(0.0, f64::max)
-    };
-    let largest = spread(true).max(spread(false));
-    (largest > SPREAD_DB).then(|| {
-        format!("levels at one pole differ by up to {largest:.1} dB; the mean of their energies is used")
-    })
+/// Mean energies of the rows at a pole, and by how much these differ [dB].
+fn pole(rows: &[&Row], is_front: bool) -> Option<(Vec<f64>, f64)> {
+    let here = rows.iter().filter(|row| (row.polar < 90.0) == is_front);
+    let energies: Vec<&[f64]> = here.map(|row| &row.energies[..]).collect();
+    (!energies.is_empty()).then(|| mean(&energies))
 }
 
 #[cfg(test)]

@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use sonel_geometry::{Geometry, Surface, SurfaceId};
+use sonel_acoustics::Material;
+use sonel_geometry::{Connected, Geometry, Surface, SurfaceId};
 
 use crate::Scene;
 use crate::notation::{count, number, place};
@@ -74,36 +75,24 @@ fn listed(all: &[String]) -> String {
 
 /// Each group of open edges that hang together, the longest rim first.
 fn holes(edges: &[[DVec3; 2]]) -> Vec<String> {
-    let mut at: HashMap<[u64; 3], Vec<usize>> = HashMap::new();
-    let key = |point: DVec3| point.to_array().map(f64::to_bits);
-    for (i, ends) in edges.iter().enumerate() {
-        ends.iter().for_each(|end| at.entry(key(*end)).or_default().push(i));
+    let mut at: HashMap<[u64; 3], u32> = HashMap::new();
+    let mut connected = Connected::new(edges.len());
+    for (edge, ends) in (0..).zip(edges) {
+        for end in ends {
+            connected.join(edge, *at.entry(end.to_array().map(f64::to_bits)).or_insert(edge));
+        }
     }
-    let mut seen = vec![false; edges.len()];
     let mut holes: Vec<(f64, String)> = Vec::new();
-    for first in 0..edges.len() {
-        if std::mem::replace(&mut seen[first], true) {
-            continue;
-        }
-        let (mut rim, mut next) = (vec![first], 0);
-        while next < rim.len() {
-            for other in edges[rim[next]].iter().flat_map(|end| &at[&key(*end)]) {
-                if !std::mem::replace(&mut seen[*other], true) {
-                    rim.push(*other);
-                }
-            }
-            next += 1;
-        }
-        let length: f64 = rim.iter().map(|edge| edges[*edge][0].distance(edges[*edge][1])).sum();
-        let points = || rim.iter().flat_map(|edge| edges[*edge]);
-        let (low, high) =
-            points().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    for rim in connected.groups(0..edges.len() as u32) {
+        let rim = || rim.iter().map(|&edge| edges[edge as usize]);
+        let length: f64 = rim().map(|[from, to]| from.distance(to)).sum();
+        let (low, high) = rim()
+            .flatten()
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         let size = (high - low).to_array().map(number).join(" × ");
         let middle = place(0.5 * (low + high));
-        holes.push((
-            length,
-            format!("{size} m about ({middle}) m, {}, rim {} m", count(rim.len(), "edge"), number(length)),
-        ));
+        let edges = count(rim().count(), "edge");
+        holes.push((length, format!("{size} m about ({middle}) m, {edges}, rim {} m", number(length))));
     }
     holes.sort_by(|a, b| b.0.total_cmp(&a.0));
     holes.into_iter().map(|(_, hole)| hole).collect()
@@ -153,10 +142,8 @@ fn overlaps(geometry: &Geometry) -> Option<String> {
 
 /// Partitions that nothing passes as they are drawn, in a sentence.
 fn dead_ends(geometry: &Geometry, scene: &Scene) -> Option<String> {
-    let transmits = |surface: &Surface| {
-        let material = scene.materials.get(surface.material as usize);
-        material.is_some_and(|it| it.transmission.iter().any(|&share| share > 0.0))
-    };
+    let transmits =
+        |surface: &Surface| scene.materials.get(surface.material as usize).is_some_and(Material::transmits);
     let exposed = geometry.surfaces().iter().zip((0..).map(SurfaceId)).filter(|(surface, id)| {
         transmits(surface) && geometry.exposed(*id) > LARGEST_BARE_SHARE * surface.area
     });
@@ -184,9 +171,7 @@ fn sealed(geometry: &Geometry, scene: &Scene) -> Option<String> {
         .map(|source| geometry.cell_at(source.position))
         .filter(|cell| geometry.is_air_cell(*cell))
         .collect();
-    let transmits =
-        scene.materials.iter().any(|material| material.transmission.iter().any(|&share| share > 0.0));
-    if transmits || at_sources.is_empty() {
+    if scene.materials.iter().any(Material::transmits) || at_sources.is_empty() {
         return None;
     }
     let sealed = geometry.air_cells().filter(|cell| !at_sources.contains(&cell.number));

@@ -21,7 +21,7 @@ use sonel_acoustics::{
 use sonel_geometry::Geometry;
 
 use crate::load::{Attempt, attempt};
-use crate::report::Remarks;
+use crate::report::{NoteKind, Remarks};
 use crate::room::leak;
 use crate::{Document, Problem, Scene, SceneErrors};
 
@@ -126,21 +126,20 @@ fn checked(attempt: Attempt) -> Checkup {
     let repaired = attempt.geometry.as_ref().map(|geometry| Repaired::of(geometry, names(&attempt)));
     let mut faults =
         attempt.geometry.as_ref().map_or(Vec::new(), |geometry| faults::of(geometry, &attempt.scene));
-    let Remarks { notes, defaults: taken, faults: marked, repairs, warnings } = attempt.remarks;
-    let repairs = repairs.into_iter().map(|index| notes[index].clone()).collect();
-    let (of_mesh, notes): (Vec<_>, Vec<_>) =
-        notes.into_iter().enumerate().partition(|(index, _)| marked.contains(index));
+    let Remarks { notes: all, warnings } = attempt.remarks;
+    let of_kind = |kinds: [NoteKind; 2]| -> Vec<String> {
+        all.iter().filter(|note| kinds.contains(&note.kind)).map(|note| note.text.clone()).collect()
+    };
+    let repairs = of_kind([NoteKind::Repair, NoteKind::RepairedFault]);
     // Holes are listed one by one.
     let leak = attempt.geometry.as_ref().map_or(String::new(), leak);
     let told = |note: &String| !leak.is_empty() && note.ends_with(&leak);
-    faults.extend(of_mesh.into_iter().map(|(_, note)| note).filter(|note| !told(note)));
-    let (defaults, notes): (Vec<_>, Vec<_>) = notes.into_iter().partition(|(index, _)| taken.contains(index));
-    let [defaults, mut notes]: [Vec<String>; 2] =
-        [defaults, notes].map(|notes| notes.into_iter().map(|(_, note)| note).collect());
-    let sound = attempt.geometry.as_ref().filter(|_| attempt.problems.is_empty());
-    notes.extend(sound.into_iter().flat_map(|geometry| scattering::advice(&attempt.scene, geometry)));
+    faults.extend(of_kind([NoteKind::Fault, NoteKind::RepairedFault]).into_iter().filter(|note| !told(note)));
+    let defaults = of_kind([NoteKind::Default; 2]);
+    let mut notes = of_kind([NoteKind::Plain, NoteKind::Repair]);
     let traceable = attempt.geometry.filter(|_| attempt.problems.is_empty());
     let traceable = traceable.map(|geometry| (attempt.scene, geometry));
+    notes.extend(traceable.iter().flat_map(|(scene, geometry)| scattering::advice(scene, geometry)));
     Checkup {
         problems: attempt.problems,
         warnings,

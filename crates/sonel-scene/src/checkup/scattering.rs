@@ -6,8 +6,6 @@
 //! free path and cos θ is 2/3, its mean in a diffuse field; l is the diagonal of the box about the face, and w its area over that. A face that ends in
 //! corners of the room alone has no rim: its neighbours continue it as mirrors do, and K = 1.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
 use sonel_acoustics::{AbsorptionLaw, Material, mean_free_path};
 use sonel_geometry::{Connected, Geometry, SurfaceId};
@@ -116,20 +114,19 @@ fn faces(geometry: &Geometry) -> Vec<Face> {
     }
     let mut has_rim = vec![false; count];
     geometry.diffracting_edges().flat_map(|edge| &edge.surfaces).for_each(|id| has_rim[id.0 as usize] = true);
-    let mut faces: HashMap<u32, usize> = HashMap::new();
-    let mut found: Vec<Face> = Vec::new();
-    for id in (0..count as u32).map(SurfaceId) {
-        let (low, high) = geometry.mesh().bounds_of(&geometry.surface(id).triangles);
-        let (material, area) = (geometry.surface(id).material, geometry.exposed(id));
-        let index = *faces.entry(connected.root(id.0)).or_insert_with(|| {
-            found.push(Face { material, area: 0.0, low, high, has_rim: false });
-            found.len() - 1
-        });
-        let face = &mut found[index];
-        face.has_rim |= has_rim[id.0 as usize];
-        (face.area, face.low, face.high) = (face.area + area, face.low.min(low), face.high.max(high));
-    }
-    found
+    let of_group = |group: Vec<u32>| {
+        let ids = || group.iter().copied().map(SurfaceId);
+        let triangles: Vec<u32> = ids().flat_map(|id| &geometry.surface(id).triangles).copied().collect();
+        let (low, high) = geometry.mesh().bounds_of(&triangles);
+        Face {
+            material: geometry.surface(SurfaceId(group[0])).material,
+            area: ids().map(|id| geometry.exposed(id)).sum(),
+            low,
+            high,
+            has_rim: ids().any(|id| has_rim[id.0 as usize]),
+        }
+    };
+    connected.groups(0..count as u32).into_iter().map(of_group).collect()
 }
 
 #[cfg(test)]

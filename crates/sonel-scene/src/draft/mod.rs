@@ -16,10 +16,10 @@ use crate::document::quoted;
 use crate::formats;
 use crate::load::attempt;
 use crate::notation::number;
-use crate::obj::Polygons;
+use crate::obj::{LineProblem, Polygons};
 use crate::scene::default_duration;
 use crate::sections::walls::UNITS;
-use crate::{Place, Problem, Scene, SceneErrors};
+use crate::{Problem, Scene, SceneErrors};
 use proposal::table;
 pub use purpose::Purpose;
 pub use shoebox::draft_shoebox;
@@ -62,20 +62,10 @@ pub fn draft(
     options: &DraftOptions<'_>,
     open: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Draft, SceneErrors> {
-    let whole = |message: String| {
-        let place = Place { file: path.to_owned(), line: 0, column: 1 };
-        SceneErrors { problems: vec![Problem { place, message }] }
-    };
+    let whole = |message: String| SceneErrors::of_file(path, vec![LineProblem::new(0, message)]);
     let bytes = open(path).map_err(|error| whole(format!("cannot be read: {error}")))?;
-    let polygons = formats::read(path, &bytes, open).map_err(|problems| SceneErrors {
-        problems: problems
-            .into_iter()
-            .map(|problem| Problem {
-                place: Place { file: path.to_owned(), line: problem.line, column: 1 },
-                message: problem.message,
-            })
-            .collect(),
-    })?;
+    let polygons =
+        formats::read(path, &bytes, open).map_err(|problems| SceneErrors::of_file(path, problems))?;
     let axes::Axes { keys, mut notes, mut warnings } = axes::find(&polygons, options).map_err(whole)?;
     let mut names: Vec<&str> = polygons.names.iter().map(|name| name.name.as_str()).collect();
     names.sort_unstable();

@@ -54,14 +54,14 @@ impl Purpose {
         }
     }
 
-    /// The first entry for its floor and for its ceiling, whose values stand for furniture that is not drawn, and whether a wall has windows.
-    pub(super) fn surfaces(self) -> ([&'static str; 2], bool) {
+    /// The first entry for its floor and for its ceiling, whose values stand for furniture that is not drawn.
+    pub(super) fn surfaces(self) -> [&'static str; 2] {
         match self {
             Self::Classroom | Self::InclusiveClassroom | Self::Lecture => {
-                (["chairs-wooden", "plasterboard-ceiling"], true)
+                ["chairs-wooden", "plasterboard-ceiling"]
             }
-            Self::Music => (["floor-parquet", "plasterboard-ceiling"], true),
-            Self::Sport => (["floor-wood", "plaster-painted"], true),
+            Self::Music => ["floor-parquet", "plasterboard-ceiling"],
+            Self::Sport => ["floor-wood", "plaster-painted"],
         }
     }
 

@@ -40,8 +40,8 @@ pub fn draft_shoebox(lengths: [f64; 3], options: &DraftOptions<'_>) -> Result<Dr
         sizes.join(", ")
     );
     let mut walls = String::new();
-    let ([floor, ceiling], has_windows) =
-        options.purpose.map_or(([FLOORS[0], CEILINGS[0]], false), super::Purpose::surfaces);
+    let [floor, ceiling] = options.purpose.map_or([FLOORS[0], CEILINGS[0]], super::Purpose::surfaces);
+    let has_windows = options.purpose.is_some();
     let sides = [
         ("z0", "floor", floor, FLOORS),
         ("z1", "ceiling", ceiling, CEILINGS),

@@ -1,6 +1,7 @@
 //! Collects the faces of a file.
 
 use std::collections::{HashMap, HashSet};
+use std::fmt::Display;
 
 use glam::DVec3;
 
@@ -88,6 +89,24 @@ impl Collector {
         }
         let name = self.name(name.trim(), place);
         self.faces.push(Face { corners: start..self.corners.len(), name, line: place });
+    }
+
+    /// Adds a polygon of `vertices` by their indices from 0, as [`Self::face`] does.
+    pub(crate) fn indexed<I: Copy + TryInto<usize> + Display>(
+        &mut self,
+        vertices: &[DVec3],
+        corners: &[I],
+        name: &str,
+        place: usize,
+    ) {
+        let vertex = |&index: &I| vertices.get(index.try_into().ok()?).copied();
+        match corners.iter().find(|index| vertex(index).is_none()) {
+            Some(wrong) => {
+                let count = vertices.len();
+                self.problem(place, format!("no vertex {wrong}: there are {count}, counted from 0"));
+            }
+            None => self.face(&corners.iter().filter_map(vertex).collect::<Vec<_>>(), name, place),
+        }
     }
 
     fn name(&mut self, name: &str, place: usize) -> usize {

@@ -81,7 +81,7 @@ impl Entity {
 pub(super) fn read(bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
     if bytes.starts_with(b"AutoCAD Binary DXF") {
         let message = "binary DXF is not read: save as text (ASCII) DXF";
-        return Err(vec![LineProblem { line: 0, message: message.to_owned() }]);
+        return Err(vec![LineProblem::new(0, message)]);
     }
     let text = String::from_utf8_lossy(bytes);
     let drawing = Drawing::parse(&text).map_err(|problem| vec![problem])?;

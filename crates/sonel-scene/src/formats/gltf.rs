@@ -15,7 +15,7 @@ use gltf::mesh::Mode;
 use gltf::{Accessor, Document, Node, Primitive};
 
 use super::collector::Collector;
-use super::{Open, ROTATION_ROUNDING, right_angled};
+use super::{Open, ROTATION_ROUNDING, float, right_angled};
 use crate::obj::{FileTerms, LineProblem, NAMELESS, Polygons, and_more};
 
 /// Deepest nesting of nodes. Chosen: it bounds the recursion's stack; exporters nest some tens deep.
@@ -24,7 +24,7 @@ const DEEPEST: usize = 200;
 const HEADER: u32 = 12;
 
 pub(super) fn read(path: &str, bytes: &[u8], open: Open<'_>) -> Result<Polygons, Vec<LineProblem>> {
-    let refused = |message: String| vec![LineProblem { line: 0, message }];
+    let refused = |message: String| vec![LineProblem::new(0, message)];
     let stated =
         bytes.get(8..12).map(|length| u32::from_le_bytes([length[0], length[1], length[2], length[3]]));
     if bytes.starts_with(b"glTF") && stated.is_none_or(|length| length < HEADER) {
@@ -178,10 +178,7 @@ impl Reader<'_> {
         if (accessor.dimensions(), accessor.data_type()) != (Dimensions::Vec3, DataType::F32) {
             return Err("positions are not vectors of 32-bit floats: export without quantisation".to_owned());
         }
-        let number = |item: &[u8], at: usize| {
-            f64::from(f32::from_le_bytes([item[at], item[at + 1], item[at + 2], item[at + 3]]))
-        };
-        let vector = |item: &[u8]| dvec3(number(item, 0), number(item, 4), number(item, 8));
+        let vector = |item: &[u8]| dvec3(float(item, 0), float(item, 4), float(item, 8));
         self.items(accessor, 12)?.map(|item| item.map(vector)).collect()
     }
 

@@ -51,7 +51,7 @@ pub(crate) fn read(path: &str, bytes: &[u8], open: Open<'_>) -> Result<Polygons,
         stl::read(bytes)
     } else if FOREIGN.contains(&ending.as_str()) {
         let message = format!(".{ending} files are not read: export glTF, OBJ, DXF, PLY or STL");
-        Err(vec![LineProblem { line: 0, message }])
+        Err(vec![LineProblem::new(0, message)])
     } else {
         obj::read(bytes)
     }
@@ -64,6 +64,11 @@ const ROTATION_ROUNDING: f64 = 2.4e-7;
 fn right_angled(rotation: DMat3) -> DMat3 {
     let rounded = DMat3::from_cols_array(&rotation.to_cols_array().map(f64::round));
     if rotation.abs_diff_eq(rounded, ROTATION_ROUNDING) { rounded } else { rotation }
+}
+
+/// The little-endian 32-bit float at a place of `bytes`.
+fn float(bytes: &[u8], at: usize) -> f64 {
+    f64::from(f32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]))
 }
 
 /// A colour as a name.

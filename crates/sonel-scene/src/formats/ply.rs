@@ -95,20 +95,14 @@ fn excess(bytes: &[u8]) -> Option<String> {
 }
 
 pub(super) fn read(mut bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
-    let refused =
-        |line: Option<usize>, message: String| Err(vec![LineProblem { line: line.unwrap_or(0), message }]);
+    let refused = |line: usize, message: &str| vec![LineProblem::new(line, message)];
     if let Some(excess) = excess(bytes) {
-        return refused(None, excess);
+        return Err(refused(0, &excess));
     }
-    let mut file = match Parser::<Row>::new().read_ply(&mut bytes) {
-        Ok(file) => file,
-        Err(error) => {
-            return refused(
-                error.line(),
-                format!("the PLY reader refuses the file: {}", in_one_line(&error.to_string())),
-            );
-        }
-    };
+    let mut file = Parser::<Row>::new().read_ply(&mut bytes).map_err(|error| {
+        let message = format!("the PLY reader refuses the file: {}", in_one_line(&error.to_string()));
+        refused(error.line().unwrap_or(0), &message)
+    })?;
     let rows = |file: &mut ply_rs_bw::ply::Ply<Row>, name: &str| {
         file.payload.get_mut(name).map(std::mem::take).unwrap_or_default()
     };
@@ -120,44 +114,23 @@ pub(super) fn read(mut bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
     let mut positions: Vec<DVec3> = Vec::new();
     for vertex in &vertices {
         let [Some(x), Some(y), Some(z)] = vertex.position else {
-            return refused(None, "a vertex has no x, y or z".to_owned());
+            return Err(refused(0, "a vertex has no x, y or z"));
         };
         positions.push(dvec3(x, y, z));
     }
     if faces.is_empty() && file.payload.iter().any(|(_, rows)| rows.iter().any(|row| row.has_strips)) {
-        return refused(None, "triangle strips are not read: export faces".to_owned());
+        return Err(refused(0, "triangle strips are not read: export faces"));
     }
     for (i, face) in faces.iter().enumerate() {
         let indices = face.corners.as_deref().unwrap_or(&[]);
-        let found: Option<Vec<usize>> = indices
-            .iter()
-            .map(|index| usize::try_from(*index).ok().filter(|index| *index < positions.len()))
-            .collect();
-        let Some(found) = found else {
-            let wrong = indices
-                .iter()
-                .find(|index| usize::try_from(**index).map_or(true, |index| index >= positions.len()));
-            collector.problem(
-                i + 1,
-                format!(
-                    "no vertex {}: the file has {}, counted from 0",
-                    wrong.unwrap_or(&0),
-                    positions.len()
-                ),
-            );
-            continue;
-        };
-        let corners: Vec<DVec3> = found.iter().map(|index| positions[*index]).collect();
-        if let Some(layer) =
-            face.layer.filter(|layer| !layers.is_empty() && layer_of(&layers, *layer).is_none())
-        {
-            collector
-                .problem(i + 1, format!("no layer {layer}: the file names {}, counted from 0", layers.len()));
+        let layer = face.layer.and_then(|layer| layer_of(&layers, layer));
+        if let (Some(number), None, false) = (face.layer, layer, layers.is_empty()) {
+            let count = layers.len();
+            collector.problem(i + 1, format!("no layer {number}: the file names {count}, counted from 0"));
             continue;
         }
-        let layer = face.layer.and_then(|layer| layer_of(&layers, layer));
-        let name = layer.map_or_else(|| name(face, &found, &vertices), str::to_owned);
-        collector.face(&corners, &name, i + 1);
+        let name = layer.map_or_else(|| name(face, indices, &vertices), str::to_owned);
+        collector.indexed(&positions, indices, &name, i + 1);
     }
     collector.finish()
 }
@@ -167,11 +140,12 @@ fn layer_of(layers: &[Option<String>], layer: i64) -> Option<&str> {
     layers.get(usize::try_from(layer).ok()?)?.as_deref()
 }
 
-fn name(face: &Row, corners: &[usize], vertices: &[Row]) -> String {
+fn name(face: &Row, corners: &[i64], vertices: &[Row]) -> String {
     let color = |row: &Row| Some([row.color[0]?, row.color[1]?, row.color[2]?]);
+    let of_corner = |corner: &i64| color(vertices.get(usize::try_from(*corner).ok()?)?);
     let of_corners = || {
-        let first = color(&vertices[*corners.first()?])?;
-        corners.iter().all(|corner| color(&vertices[*corner]) == Some(first)).then_some(first)
+        let first = of_corner(corners.first()?)?;
+        corners.iter().all(|corner| of_corner(corner) == Some(first)).then_some(first)
     };
     match (color(face).or_else(of_corners), face.material) {
         (Some(color), _) => color_name(color),

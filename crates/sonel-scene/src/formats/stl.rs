@@ -9,7 +9,7 @@
 use glam::{DVec3, dvec3};
 
 use super::collector::Collector;
-use super::color_name;
+use super::{color_name, float};
 use crate::obj::{FileTerms, LineProblem, NAMELESS, Polygons};
 
 /// Header and count of a binary file.
@@ -41,7 +41,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
             "the file is not STL: it begins neither with `solid` nor with a header of 84 bytes".to_owned()
         }
     };
-    Err(vec![LineProblem { line: 0, message }])
+    Err(vec![LineProblem::new(0, message)])
 }
 
 fn read_binary(bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
@@ -50,10 +50,8 @@ fn read_binary(bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
     let mut collector =
         Collector::new(FileTerms { counts_lines: false, word: "colour", ..FileTerms::default() });
     for (i, facet) in facets.chunks_exact(FACET).enumerate() {
-        let number = |at: usize| {
-            f64::from(f32::from_le_bytes([facet[at], facet[at + 1], facet[at + 2], facet[at + 3]]))
-        };
-        let corners = [12, 24, 36].map(|at| dvec3(number(at), number(at + 4), number(at + 8)));
+        let corners =
+            [12, 24, 36].map(|at| dvec3(float(facet, at), float(facet, at + 4), float(facet, at + 8)));
         let color = color(u16::from_le_bytes([facet[48], facet[49]]), is_materialise);
         collector.face(&corners, &color.map_or(NAMELESS.to_owned(), color_name), i + 1);
     }

@@ -31,13 +31,9 @@ pub(crate) fn read(path: &str, bytes: &[u8]) -> Result<Vec<LibraryEntry>, Proble
     };
     if entries.is_empty() && problems.is_empty() {
         let message = "no material: known are ABS lines (CATT), .Li8 (ODEON) and .json (pyroomacoustics)";
-        problems.push(problem(0, message));
+        problems.push(LineProblem::new(0, message));
     }
     if problems.is_empty() { Ok(entries) } else { Err(problems) }
-}
-
-fn problem(line: usize, message: impl Into<String>) -> LineProblem {
-    LineProblem { line, message: message.into() }
 }
 
 /// Finite numbers of 0 and more in a text, times `scale`.
@@ -70,7 +66,7 @@ fn read_catt(text: &str) -> (Vec<LibraryEntry>, Problems) {
         let name = name.trim();
         match catt_value(value.trim(), &entries, &index) {
             Ok(_) if index.contains_key(name) => {
-                problems.push(problem(number + 1, format!("ABS {name}: defined twice")));
+                problems.push(LineProblem::new(number + 1, format!("ABS {name}: defined twice")));
             }
             Ok((absorption, scattering)) => {
                 index.insert(name.to_owned(), entries.len());
@@ -83,7 +79,7 @@ fn read_catt(text: &str) -> (Vec<LibraryEntry>, Problems) {
                     source: "CATT material file".to_owned(),
                 });
             }
-            Err(message) => problems.push(problem(number + 1, format!("ABS {name}: {message}"))),
+            Err(message) => problems.push(LineProblem::new(number + 1, format!("ABS {name}: {message}"))),
         }
     }
     (entries, problems)
@@ -147,17 +143,18 @@ fn read_odeon(text: &str) -> (Vec<LibraryEntry>, Problems) {
         };
         match numbers(line.split_whitespace(), 1.0) {
             Ok(values) if values.len() == 8 => entries.extend(odeon_entries(&begun, &values)),
-            Ok(values) => problems.push(problem(
+            Ok(values) => problems.push(LineProblem::new(
                 number,
                 format!("{} numbers; give α in 8 octaves, 63 … 8000 Hz", values.len()),
             )),
             Err(message) => {
-                problems.push(problem(number, format!("{message} (α of the material in line {at})")));
+                problems
+                    .push(LineProblem::new(number, format!("{message} (α of the material in line {at})")));
             }
         }
     }
     if let Some((at, _)) = title {
-        problems.push(problem(at, "no line with coefficients follows"));
+        problems.push(LineProblem::new(at, "no line with coefficients follows"));
     }
     (entries, problems)
 }
@@ -181,11 +178,11 @@ fn read_pyroomacoustics(text: &str) -> (Vec<LibraryEntry>, Problems) {
     let mut problems = Vec::new();
     let document: Value = match serde_json::from_str(text) {
         Ok(document) => document,
-        Err(error) => return (entries, vec![problem(error.line(), format!("no JSON: {error}"))]),
+        Err(error) => return (entries, vec![LineProblem::new(error.line(), format!("no JSON: {error}"))]),
     };
     let centers = match octave_centers(&document["center_freqs"]) {
         Ok(centers) => centers,
-        Err(message) => return (entries, vec![problem(0, format!("center_freqs: {message}"))]),
+        Err(message) => return (entries, vec![LineProblem::new(0, format!("center_freqs: {message}"))]),
     };
     for what in ["absorption", "scattering"] {
         for (group, name, material) in materials_of(&document[what]) {
@@ -197,7 +194,9 @@ fn read_pyroomacoustics(text: &str) -> (Vec<LibraryEntry>, Problems) {
                     let (name, group) = (name.clone(), group.clone());
                     entries.push(LibraryEntry { name, group, text, absorption, scattering, source });
                 }
-                Err(message) => problems.push(problem(0, format!("{what}.{group}.{name}: {message}"))),
+                Err(message) => {
+                    problems.push(LineProblem::new(0, format!("{what}.{group}.{name}: {message}")))
+                }
             }
         }
     }

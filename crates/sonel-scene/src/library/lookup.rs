@@ -1,19 +1,17 @@
 //! `material_files` and the key `library` of a material.
 
-use std::io;
-
 use super::{LibraryEntry, Octaves, read, shipped};
 use crate::bands::BandChoice;
 use crate::document::{Entry, Table};
-use crate::report::Report;
+use crate::formats::Open;
 use crate::suggest::suggest;
 
 /// Names listed where none is near the one asked for: two lines of a message.
 const MOST_NAMES: usize = 12;
 
-/// Libraries of a scene: its own files, then the shipped one.
-#[derive(Default)]
+/// What materials are read with: the bands of a scene and its libraries, its own files, then the shipped one.
 pub(crate) struct MaterialSources {
+    pub(crate) bands: BandChoice,
     /// Entries of the scene's material files.
     entries: Vec<LibraryEntry>,
     /// Whether a file was not readable, so that a missing name means nothing.
@@ -31,46 +29,38 @@ pub(crate) struct Borrowed {
 /// Reads `material_files`.
 pub(crate) fn read_material_sources(
     document: &Table<'_>,
-    open: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
-    report: &mut Report<'_>,
+    bands: BandChoice,
+    open: Open<'_>,
 ) -> MaterialSources {
-    let mut sources = MaterialSources::default();
-    let paths = document.get("material_files").map_or(Vec::new(), |entry| entry.texts(report));
+    let mut sources = MaterialSources::shipped(bands);
+    let paths = document.get("material_files").map_or(Vec::new(), |entry| entry.texts());
     for (path, entry) in paths {
-        match open(path) {
-            Err(error) => {
-                let message =
-                    format!("cannot read `{path}`: {error}; the path is relative to the scene file");
-                entry.problem(report, &message);
-                sources.lacks_files = true;
-            }
-            Ok(bytes) => match read(path, &bytes) {
-                Ok(entries) => sources.entries.extend(entries),
-                Err(problems) => {
-                    sources.lacks_files = true;
-                    for problem in problems {
-                        report.problem_in_mesh(path, problem.line, problem.message);
-                    }
-                }
-            },
-        }
+        let found = entry.file(path, open).and_then(|bytes| entry.report.sound(path, read(path, &bytes)));
+        sources.lacks_files |= found.is_none();
+        sources.entries.extend(found.into_iter().flatten());
     }
     sources
 }
 
 impl MaterialSources {
+    /// The shipped library alone.
+    pub(crate) fn shipped(bands: BandChoice) -> Self {
+        Self { bands, entries: Vec::new(), lacks_files: false }
+    }
+
     fn all(&self) -> impl Iterator<Item = &LibraryEntry> {
         self.entries.iter().chain(shipped())
     }
 
     /// What `library` of a material brings: a name, or several whose later ones add what the earlier ones lack.
-    pub(crate) fn borrow(&self, table: &Table<'_>, bands: &BandChoice, report: &mut Report<'_>) -> Borrowed {
+    pub(crate) fn borrow(&self, table: &Table<'_>) -> Borrowed {
+        let bands = &self.bands;
         let mut borrowed = Borrowed::default();
-        let names = table.get("library").map_or(Vec::new(), |entry| entry.texts(report));
+        let names = table.get("library").map_or(Vec::new(), |entry| entry.texts());
         for (name, entry) in names {
             let Some(found) = self.all().find(|found| found.name == name) else {
                 if !self.lacks_files {
-                    entry.problem(report, &format!("no material `{name}`; {}", self.advice(name)));
+                    entry.problem(&format!("no material `{name}`; {}", self.advice(name)));
                 }
                 borrowed.absorption.get_or_insert_with(|| vec![0.0; bands.bands.count()]);
                 continue;
@@ -87,13 +77,13 @@ impl MaterialSources {
                 let Some(octaves) = octaves.as_ref().filter(|_| wanted.is_none() && !is_own(what)) else {
                     continue;
                 };
-                *wanted = Some(per_band(octaves, what, &entry, bands, report));
+                *wanted = Some(per_band(octaves, what, &entry, bands));
                 let held = held_bands(octaves, bands);
                 if !held.is_empty() {
                     said += &format!("; {what} held constant at {held} Hz");
                 }
             }
-            report.default(said);
+            table.report.default(said);
             let source = borrowed.source.take().map_or(String::new(), |source| source + "; ");
             borrowed.source = Some(format!("{source}{name}: {}", found.source));
         }
@@ -119,13 +109,7 @@ impl MaterialSources {
 }
 
 /// A coefficient for every band; measured ones above 1 count as 1, with a warning.
-fn per_band(
-    octaves: &Octaves,
-    what: &str,
-    entry: &Entry<'_>,
-    bands: &BandChoice,
-    report: &mut Report<'_>,
-) -> Vec<f64> {
+fn per_band(octaves: &Octaves, what: &str, entry: &Entry<'_>, bands: &BandChoice) -> Vec<f64> {
     let centers = bands.bands.nominal();
     let values: Vec<f64> = centers.iter().map(|center| octaves.at(*center).0).collect();
     let above: Vec<String> = values
@@ -135,7 +119,7 @@ fn per_band(
         .map(|(value, hz)| format!("{value} at {hz} Hz"))
         .collect();
     if !above.is_empty() {
-        report.warn(format!("{}: {what} above 1 is taken as 1: {}", entry.path, above.join(", ")));
+        entry.report.warn(format!("{}: {what} above 1 is taken as 1: {}", entry.path, above.join(", ")));
     }
     values.into_iter().map(|value| value.min(1.0)).collect()
 }

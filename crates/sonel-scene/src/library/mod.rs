@@ -14,8 +14,7 @@ use std::sync::LazyLock;
 
 use serde::Deserialize;
 
-use crate::obj::LineProblem;
-use crate::{Place, Problem, SceneErrors};
+use crate::SceneErrors;
 
 pub(crate) use files::read;
 pub(crate) use lookup::{MaterialSources, read_material_sources};
@@ -67,11 +66,7 @@ impl Octaves {
 /// # Errors
 /// Every problem of the file.
 pub fn read_file(name: &str, bytes: &[u8]) -> Result<Vec<LibraryEntry>, SceneErrors> {
-    read(name, bytes).map_err(|problems| {
-        let place = |line: usize| Place { file: name.to_owned(), line, column: 1 };
-        let problem = |LineProblem { line, message }| Problem { place: place(line), message };
-        SceneErrors { problems: problems.into_iter().map(problem).collect() }
-    })
+    read(name, bytes).map_err(|problems| SceneErrors::of_file(name, problems))
 }
 
 /// Octave of a frequency, counted from that of 1 kHz.

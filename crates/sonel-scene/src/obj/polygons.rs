@@ -47,8 +47,8 @@ impl FileTerms {
     pub(crate) fn problem(&self, place: usize, message: &str) -> LineProblem {
         let message = if self.word == "usemtl" { message } else { message.trim_start_matches("f: ") };
         match (self.counts_lines, place) {
-            (true, line) => LineProblem { line, message: message.to_owned() },
-            (false, 0) => LineProblem { line: 0, message: message.to_owned() },
+            (true, line) => LineProblem::new(line, message),
+            (false, 0) => LineProblem::new(0, message),
             (false, face) => LineProblem { line: 0, message: format!("face {face}: {message}") },
         }
     }

@@ -39,20 +39,15 @@ impl AirChoice {
     }
 
     /// Reports a gradient that is impossible in the compiled `scene`.
-    pub(crate) fn check_gradient(&self, scene: &Scene, geometry: &Geometry, report: &mut Report<'_>) {
+    pub(crate) fn check_gradient(&self, scene: &Scene, geometry: &Geometry, report: &Report) {
         if let Some((gradient, problem)) = self.gradient.zip(scene.profile_problem(geometry)) {
             report.problem(gradient.at, format!("air.{GRADIENT}: {problem}"));
         }
     }
 
-    /// Whether air attenuates at all.
-    pub(crate) fn attenuates(&self) -> bool {
-        self.attenuates
-    }
-
-    /// m per band [1/m].
-    pub(crate) fn attenuation(&self, bands: &Bands) -> Vec<f64> {
-        if self.attenuates { attenuation_per_band(&self.air, bands) } else { vec![0.0; bands.count()] }
+    /// m per band of `air` beside that of the scene, 0 where air does not attenuate [1/m].
+    pub(crate) fn attenuation_of(&self, air: &Air, bands: &Bands) -> Vec<f64> {
+        if self.attenuates { attenuation_per_band(air, bands) } else { vec![0.0; bands.count()] }
     }
 }
 
@@ -60,54 +55,53 @@ impl AirChoice {
 const SPEEDS: RangeInclusive<f64> = 1.0..=10_000.0;
 
 /// A speed of sound [m/s].
-pub(crate) fn read_speed(entry: &Entry<'_>, report: &mut Report<'_>) -> Option<f64> {
-    let speed = entry.positive(report)?;
+pub(crate) fn read_speed(entry: &Entry<'_>) -> Option<f64> {
+    let speed = entry.positive()?;
     if !SPEEDS.contains(&speed) {
         let (low, high) = SPEEDS.into_inner();
-        entry.problem(report, &format!("{speed:e} m/s is outside {low} … {high} m/s"));
-        return None;
+        return entry.refused(&format!("{speed:e} m/s is outside {low} … {high} m/s"));
     }
     Some(speed)
 }
 
 /// Reads temperature and humidity of `air`, and checks all of its state.
-pub(crate) fn read_state(table: &Table<'_>, air: &mut Air, report: &mut Report<'_>) {
+pub(crate) fn read_state(table: &Table<'_>, air: &mut Air) {
     let quantities = [
         ("temperature_celsius", &mut air.temperature_celsius),
         ("relative_humidity_percent", &mut air.relative_humidity_percent),
     ];
     for (key, quantity) in quantities {
-        if let Some(number) = table.get(key).and_then(|entry| entry.number(report)) {
+        if let Some(number) = table.get(key).and_then(|entry| entry.number()) {
             *quantity = number.value;
         }
     }
     for problem in air.problems() {
         if let Some(entry) = table.get(problem.quantity) {
             let (given, lowest, highest) = (problem.given, problem.lowest, problem.highest);
-            entry.problem(report, &format!("{given} is outside {lowest} … {highest}"));
+            entry.problem(&format!("{given} is outside {lowest} … {highest}"));
         }
     }
 }
 
 /// Reads the section; what it does not say is as in [`Air::default`].
-pub(crate) fn read(document: &Table<'_>, report: &mut Report<'_>) -> AirChoice {
+pub(crate) fn read(document: &Table<'_>) -> AirChoice {
     let mut choice =
         AirChoice { air: Air::default(), speed_of_sound: None, gradient: None, attenuates: true };
     let Some(section) = document.get("air") else {
-        report.default("air: 20 °C, 50 %, 101.325 kPa (default)");
+        document.report.default("air: 20 °C, 50 %, 101.325 kPa (default)");
         return choice;
     };
-    let Some(table) = section.table(report) else { return choice };
-    table.allow_only(&KEYS, report);
+    let Some(table) = section.table() else { return choice };
+    table.allow_only(&KEYS);
 
     let air = &mut choice.air;
-    if let Some(number) = table.get("pressure_kpa").and_then(|entry| entry.number(report)) {
+    if let Some(number) = table.get("pressure_kpa").and_then(|entry| entry.number()) {
         air.pressure_kpa = number.value;
     }
-    read_state(&table, air, report);
-    choice.speed_of_sound = table.get("speed_of_sound").and_then(|entry| read_speed(&entry, report));
-    choice.gradient = table.get(GRADIENT).and_then(|entry| entry.number(report));
-    if let Some(attenuates) = table.get("attenuation").and_then(|entry| entry.flag(report)) {
+    read_state(&table, air);
+    choice.speed_of_sound = table.get("speed_of_sound").and_then(|entry| read_speed(&entry));
+    choice.gradient = table.get(GRADIENT).and_then(|entry| entry.number());
+    if let Some(attenuates) = table.get("attenuation").and_then(|entry| entry.flag()) {
         choice.attenuates = attenuates;
     }
     choice

@@ -2,12 +2,10 @@
 
 use sonel_acoustics::Material;
 
-use super::materials::{check_variant_keys, read_variant};
+use super::materials::read_variant;
 use crate::Design;
-use crate::bands::BandChoice;
 use crate::document::Table;
 use crate::library::MaterialSources;
-use crate::report::Report;
 use crate::suggest::suggest;
 
 /// The section.
@@ -19,20 +17,16 @@ const ALL: &str = "all";
 pub(crate) fn read(
     document: &Table<'_>,
     materials: &[Material],
+    tables: &[Table<'_>],
     variants: &mut Vec<Vec<Material>>,
-    bands: &BandChoice,
     sources: &MaterialSources,
-    report: &mut Report<'_>,
 ) -> Vec<Design> {
-    let Some(table) = document.get(SECTION).and_then(|section| section.table(report)) else {
-        return Vec::new();
-    };
+    let Some(table) = document.table(SECTION) else { return Vec::new() };
     let mut designs = Vec::new();
     for (name, entry) in table.in_file_order() {
-        let Some(chosen) = entry.table(report) else { continue };
+        let Some(chosen) = entry.table() else { continue };
         if !is_file_name(name) || name == ALL {
             entry.problem(
-                report,
                 "is part of a file name: use letters, digits, spaces, dots and hyphens, and not `all`",
             );
         }
@@ -40,21 +34,15 @@ pub(crate) fn read(
         for (of, entry) in chosen.in_file_order() {
             let Some(index) = materials.iter().position(|material| material.name == of) else {
                 let known = materials.iter().map(|material| material.name.as_str());
-                entry.problem(report, &format!("no such material; {}", suggest(of, known)));
+                entry.problem(&format!("no such material; {}", suggest(of, known)));
                 continue;
             };
-            let is_interface = document
-                .get("materials")
-                .and_then(|section| section.table(report)?.get(of)?.table(report)?.get("interface"))
-                .is_some();
-            if is_interface {
-                entry
-                    .problem(report, "is an interface between airs and has no coefficients; remove this key");
+            if tables[index].get("interface").is_some() {
+                entry.problem("is an interface between airs and has no coefficients; remove this key");
                 continue;
             }
-            let Some(table) = entry.table(report) else { continue };
-            check_variant_keys(&table, report);
-            let variant = read_variant(&materials[index], &table, bands, sources, report);
+            let Some(table) = entry.table() else { continue };
+            let variant = read_variant(&materials[index], &table, sources);
             if variant == materials[index] {
                 continue;
             }

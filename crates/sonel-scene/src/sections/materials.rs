@@ -6,7 +6,6 @@ use crate::DEFAULT_SCATTERING;
 use crate::bands::BandChoice;
 use crate::document::{Entry, Number, Table};
 use crate::library::MaterialSources;
-use crate::report::Report;
 use crate::scene::opaque;
 
 const KEYS: [&str; 10] = [
@@ -30,100 +29,89 @@ const VARIANTS: &str = "variants";
 /// α + δ may exceed 1 by this much: the decimal fractions of a scene file are rounded to binary ones.
 const ROUNDING: f64 = 1e-12;
 
-/// Reads every material, in the order of the file. A material with problems is there too, so that its name is known.
-pub(crate) fn read(
-    document: &Table<'_>,
-    bands: &BandChoice,
-    material_sources: &MaterialSources,
-    report: &mut Report<'_>,
-) -> Vec<Material> {
-    let Some(section) = document.get("materials") else { return Vec::new() };
-    let Some(table) = section.table(report) else { return Vec::new() };
-    let mut materials = Vec::new();
-    for (name, entry) in table.in_file_order() {
-        if let Some(table) = entry.table(report) {
-            table.allow_only(&KEYS, report);
-            materials.push(read_one(name, None, &table, bands, material_sources, report));
-        }
-    }
-    materials
+/// Reads every material, in the order of the file, and its table. A material with problems is there too, so that its name is known.
+pub(crate) fn read<'t>(document: &Table<'t>, sources: &MaterialSources) -> (Vec<Material>, Vec<Table<'t>>) {
+    let section = document.table("materials");
+    let tables = section.iter().flat_map(Table::in_file_order);
+    let read = |(name, entry): (&str, Entry<'t>)| {
+        let table = entry.table()?;
+        table.allow_only(&KEYS);
+        Some((read_one(name, None, &table, sources), table))
+    };
+    tables.filter_map(read).unzip()
 }
 
-/// Reads the variants of `materials`, in their order; nothing where none has any.
+/// Whether the table of a material makes it an interface.
+pub(crate) fn is_interface(table: &Table<'_>) -> bool {
+    table.get("interface").and_then(|entry| entry.flag()) == Some(true)
+}
+
+/// Reads the variants of `materials` from their `tables`, in their order; nothing where none has any.
 pub(crate) fn read_variants(
-    document: &Table<'_>,
     materials: &[Material],
-    bands: &BandChoice,
-    material_sources: &MaterialSources,
-    report: &mut Report<'_>,
+    tables: &[Table<'_>],
+    sources: &MaterialSources,
 ) -> Vec<Vec<Material>> {
-    let Some(table) = document.get("materials").and_then(|section| section.table(report)) else {
-        return Vec::new();
-    };
-    let mut read = |material: &Material| -> Vec<Material> {
-        let Some(own) = table.get(&material.name).and_then(|entry| entry.table(report)) else {
-            return Vec::new();
-        };
-        let Some(list) = own.get(VARIANTS) else { return Vec::new() };
-        if own.get("interface").is_some() {
-            return Vec::new();
-        }
-        if !list.is_list() {
-            list.problem(report, "expected a list of tables such as [{ absorption = 0.9 }]");
-            return Vec::new();
-        }
-        let tables = list.tables("{", report);
-        let one = |table: &Table<'_>| {
-            check_variant_keys(table, report);
-            read_variant(material, table, bands, material_sources, report)
-        };
-        tables.iter().map(one).collect()
-    };
-    let variants: Vec<Vec<Material>> = materials.iter().map(&mut read).collect();
+    let of_material = |(material, own)| variants_of(material, own, sources);
+    let variants: Vec<Vec<Material>> = materials.iter().zip(tables).map(of_material).collect();
     if variants.iter().all(Vec::is_empty) { Vec::new() } else { variants }
 }
 
-/// Reports keys of `table` that no variant has.
-pub(crate) fn check_variant_keys(table: &Table<'_>, report: &mut Report<'_>) {
-    table.allow_only(&VARIANT_KEYS, report);
+/// Reads the variants of one material from its `own` table.
+pub(crate) fn variants_of(material: &Material, own: &Table<'_>, sources: &MaterialSources) -> Vec<Material> {
+    let Some(list) = own.get(VARIANTS).filter(|_| own.get("interface").is_none()) else { return Vec::new() };
+    if !list.is_list() {
+        return list.refused("expected a list of tables such as [{ absorption = 0.9 }]").unwrap_or_default();
+    }
+    let tables = list.tables("{");
+    tables.iter().map(|table| read_variant(material, table, sources)).collect()
 }
 
 /// Reads a variant of `material`; what it does not state is as in the material.
-pub(crate) fn read_variant(
-    material: &Material,
-    table: &Table<'_>,
-    bands: &BandChoice,
-    material_sources: &MaterialSources,
-    report: &mut Report<'_>,
-) -> Material {
-    let before = report.problem_count();
-    let variant = read_one(&material.name, Some(material), table, bands, material_sources, report);
-    if report.problem_count() == before {
-        check_inherited(table, &variant, bands, report);
-    }
-    variant
+pub(crate) fn read_variant(material: &Material, table: &Table<'_>, sources: &MaterialSources) -> Material {
+    table.allow_only(&VARIANT_KEYS);
+    read_one(&material.name, Some(material), table, sources)
 }
 
-/// Reports what a variant cannot have together with what it has from its material.
-fn check_inherited(table: &Table<'_>, variant: &Material, bands: &BandChoice, report: &mut Report<'_>) {
+/// Reports what a material cannot be: at the key that makes it so, or for what a variant has from its material at the variant.
+fn check(table: &Table<'_>, material: &Material, bands: &BandChoice) {
     let center = |band: usize| bands.bands.nominal()[band];
-    let message = match variant.problems(bands.bands.count()).first() {
-        Some(&MaterialProblem::TransmissionAboveAbsorption { band, transmission, absorption }) => format!(
-            "transmission {transmission}, as of the material, exceeds absorption {absorption} at {} Hz; give less transmission, or more \
-             absorption",
-            center(band)
-        ),
-        Some(&MaterialProblem::TooSoft { law, band, absorption }) => format!(
-            "absorption {absorption} at {} Hz is more than the {:.3} that a {law} wall can absorb of a diffuse field; give less",
-            center(band),
-            law.largest()
-        ),
-        Some(MaterialProblem::AngularPartition { law, .. }) => {
-            format!("nothing passes a {law} wall; remove transmission")
+    let mut problems = material.problems(bands.bands.count());
+    problems.dedup_by_key(|problem| std::mem::discriminant(problem));
+    for problem in problems {
+        let (key, message, [stated, inherited]) = match problem {
+            MaterialProblem::TransmissionAboveAbsorption { band, transmission, absorption } => {
+                let key = table.get("transmission").or_else(|| table.get("sound_reduction_db"));
+                let origin = if key.is_some() { "" } else { ", as of the material," };
+                let message = format!(
+                    "transmission {transmission}{origin} exceeds absorption {absorption} at {} Hz",
+                    center(band)
+                );
+                let part = "what passes is part of what is absorbed: give at least as much absorption";
+                (key, message, [part, "give less transmission, or more absorption"])
+            }
+            MaterialProblem::TooSoft { law, band, absorption } => (
+                table.get("absorption_law"),
+                format!(
+                    "absorption {absorption} at {} Hz is more than the {:.3} that a {law} wall can absorb of a diffuse field",
+                    center(band),
+                    law.largest()
+                ),
+                ["give less, or remove this key", "give less"],
+            ),
+            MaterialProblem::AngularPartition { law, .. } => (
+                table.get("absorption_law"),
+                format!("nothing passes a {law} wall"),
+                ["remove transmission, or this key", "remove transmission"],
+            ),
+            // Reported where the numbers were read.
+            MaterialProblem::WrongLength { .. } | MaterialProblem::OutOfRange { .. } => continue,
+        };
+        match key {
+            Some(entry) => entry.problem(&format!("{message}; {stated}")),
+            None => table.report.problem(table.at, format!("{}: {message}; {inherited}", table.path())),
         }
-        _ => return,
-    };
-    report.problem(table.at, format!("{}: {message}", table.path()));
+    }
 }
 
 /// Reads a material of this name; what a variant does not state is as in the material that it is of.
@@ -131,182 +119,132 @@ fn read_one(
     name: &str,
     original: Option<&Material>,
     table: &Table<'_>,
-    bands: &BandChoice,
-    material_sources: &MaterialSources,
-    report: &mut Report<'_>,
+    sources: &MaterialSources,
 ) -> Material {
-    if table.get("interface").and_then(|entry| entry.flag(report)) == Some(true) {
-        return read_interface(name, table, bands, report);
+    let bands = &sources.bands;
+    if is_interface(table) {
+        return read_interface(name, table, bands);
     }
-    let before = report.problem_count();
-    let mut borrowed = material_sources.borrow(table, bands, report);
+    let before = table.report.problem_count();
+    let mut borrowed = sources.borrow(table);
     if let Some(Material { absorption, scattering, .. }) = original {
         borrowed.absorption.get_or_insert_with(|| absorption.clone());
         borrowed.scattering.get_or_insert_with(|| scattering.clone());
     }
     let count = bands.bands.count();
-    let absorption = given("absorption", table, bands, report);
+    let absorption = given("absorption", table, bands);
     if table.get("absorption").is_none() && borrowed.absorption.is_none() {
-        let key = table.path_of("absorption");
-        report.problem(table.at, format!("{key}: missing; give one number, one per band, or library"));
+        table.missing("absorption", "give one number, one per band, or library");
     }
     let absorption =
         absorption.map(|(_, values)| values).or(borrowed.absorption).unwrap_or_else(|| vec![0.0; count]);
-    let is_absorption_known = report.problem_count() == before;
-    let scattering = given("scattering", table, bands, report);
-    let diffuse = given("diffuse", table, bands, report);
+    let is_absorption_known = table.report.problem_count() == before;
+    let scattering = given("scattering", table, bands);
+    let diffuse = given("diffuse", table, bands);
     if let (Some(_), Some(entry)) = (table.get("scattering"), table.get("diffuse")) {
-        entry.problem(report, "given together with scattering; keep one of the two");
+        entry.problem("given together with scattering; keep one of the two");
     }
-    let transmission = read_transmission(table, is_absorption_known.then_some(&absorption), bands, report);
+    let transmission = read_transmission(table, bands);
     let scattering = match (scattering, diffuse) {
         (Some((_, values)), _) => values,
-        (None, Some((entry, values))) => scattering_of(&entry, &values, &absorption, bands, report),
+        (None, Some((entry, values))) => scattering_of(&entry, &values, &absorption, bands),
         (None, None) if borrowed.scattering.is_some() => borrowed.scattering.unwrap_or_default(),
         (None, None) => {
-            report.default(format!("{}: {DEFAULT_SCATTERING} (default)", table.path_of("scattering")));
+            table.report.default(format!("{}: {DEFAULT_SCATTERING} (default)", table.path_of("scattering")));
             vec![DEFAULT_SCATTERING; count]
         }
     };
-    let passes = transmission.iter().flatten().any(|&share| share > 0.0);
-    let law = match original {
-        Some(original) => original.law,
-        None => read_law(table, &absorption, passes, bands, report),
-    };
     let otherwise = || original.map_or_else(|| vec![0.0; count], |original| original.transmission.clone());
-    Material {
+    let material = Material {
         name: name.to_owned(),
-        law,
+        law: original.map_or_else(|| read_law(table), |original| original.law),
         absorption,
         scattering,
         transmission: transmission.unwrap_or_else(otherwise),
-        source: table
-            .get("source")
-            .and_then(|entry| entry.text(report))
-            .map(str::to_owned)
-            .or(borrowed.source),
+        source: table.get("source").and_then(|entry| entry.text()).map(str::to_owned).or(borrowed.source),
+    };
+    if is_absorption_known {
+        check(table, &material, bands);
     }
+    material
 }
 
 /// The coefficient that is given under `key`, and its entry.
-fn given<'a>(
-    key: &str,
-    table: &Table<'a>,
-    bands: &BandChoice,
-    report: &mut Report<'_>,
-) -> Option<(Entry<'a>, Vec<f64>)> {
+fn given<'a>(key: &str, table: &Table<'a>, bands: &BandChoice) -> Option<(Entry<'a>, Vec<f64>)> {
     let entry = table.get(key)?;
-    let values = read_coefficient(&entry, bands, report)?;
+    let values = read_coefficient(&entry, bands)?;
     Some((entry, values))
 }
 
-/// Transmission as a coefficient or as a sound reduction; none where neither is given. It is compared with `absorption` where that could
-/// be read.
-fn read_transmission(
-    table: &Table<'_>,
-    absorption: Option<&Vec<f64>>,
-    bands: &BandChoice,
-    report: &mut Report<'_>,
-) -> Option<Vec<f64>> {
-    let transmission = given("transmission", table, bands, report);
-    let reduction = table
-        .get("sound_reduction_db")
-        .and_then(|entry| Some((read_reduction(&entry, bands, report)?, entry)));
-    if let (Some(_), Some(entry)) = (table.get("transmission"), table.get("sound_reduction_db")) {
-        entry.problem(report, "given together with transmission; keep one of the two");
+/// Transmission as a coefficient or as a sound reduction; none where neither is given.
+fn read_transmission(table: &Table<'_>, bands: &BandChoice) -> Option<Vec<f64>> {
+    let transmission = given("transmission", table, bands).map(|(_, values)| values);
+    let reduction = table.get("sound_reduction_db");
+    if let (Some(_), Some(entry)) = (table.get("transmission"), &reduction) {
+        entry.problem("given together with transmission; keep one of the two");
     }
-    let transmission = transmission.or_else(|| reduction.map(|(values, entry)| (entry, values)));
-    if let (Some((entry, values)), Some(absorption)) = (&transmission, absorption) {
-        check_transmission(entry, values, absorption, bands, report);
-    }
-    transmission.map(|(_, values)| values)
+    let reduction = reduction.and_then(|entry| read_reduction(&entry, bands));
+    transmission.or(reduction)
 }
 
-fn read_law(
-    table: &Table<'_>,
-    absorption: &[f64],
-    passes: bool,
-    bands: &BandChoice,
-    report: &mut Report<'_>,
-) -> AbsorptionLaw {
-    let Some(entry) = table.get("absorption_law") else { return AbsorptionLaw::Uniform };
-    let Some(word) = entry.text(report) else { return AbsorptionLaw::Uniform };
-    let Ok(law) = word.parse::<AbsorptionLaw>() else {
-        let known = AbsorptionLaw::ALL.map(|law| format!("`{law}`")).join(" or ");
-        entry.problem(report, &format!("unknown law `{word}`; write {known}"));
-        return AbsorptionLaw::Uniform;
+fn read_law(table: &Table<'_>) -> AbsorptionLaw {
+    let read = |entry: Entry<'_>| {
+        let word = entry.text()?;
+        word.parse().ok().or_else(|| {
+            let known = AbsorptionLaw::ALL.map(|law| format!("`{law}`")).join(" or ");
+            entry.refused(&format!("unknown law `{word}`; write {known}"))
+        })
     };
-    if !law.is_angular() {
-        return law;
-    }
-    if passes {
-        entry.problem(report, &format!("nothing passes a {law} wall; remove transmission, or this key"));
-    }
-    let limit = law.largest();
-    if let Some(band) = absorption.iter().position(|&absorption| absorption > limit) {
-        let (absorption, center) = (absorption[band], bands.bands.nominal()[band]);
-        let message = format!(
-            "absorption {absorption} at {center} Hz is more than the {limit:.3} that a {law} wall can absorb of a diffuse \
-             field; give less, or remove this key"
-        );
-        entry.problem(report, &message);
-        return AbsorptionLaw::Uniform;
-    }
-    law
+    table.get("absorption_law").and_then(read).unwrap_or_default()
 }
 
 /// An interface between airs: it has no coefficients.
-fn read_interface(name: &str, table: &Table<'_>, bands: &BandChoice, report: &mut Report<'_>) -> Material {
+fn read_interface(name: &str, table: &Table<'_>, bands: &BandChoice) -> Material {
     for key in KEYS.into_iter().filter(|&key| key != "interface" && key != "source") {
         if let Some(entry) = table.get(key) {
-            entry.problem(
-                report,
-                "an interface between airs has no coefficients; remove this key, or interface",
-            );
+            entry.problem("an interface between airs has no coefficients; remove this key, or interface");
         }
     }
-    let source = table.get("source").and_then(|entry| entry.text(report)).map(str::to_owned);
+    let source = table.get("source").and_then(|entry| entry.text()).map(str::to_owned);
     Material { source, ..opaque(name, bands.bands.count()) }
 }
 
 /// Numbers 0 … 1, one per band.
-fn read_coefficient(entry: &Entry<'_>, bands: &BandChoice, report: &mut Report<'_>) -> Option<Vec<f64>> {
-    let numbers = entry.number_or_list(report)?;
-    let outside = |number: &&Number| !(0.0..=1.0).contains(&number.value);
-    let mut all_inside = true;
-    for number in numbers.readable.iter().filter(outside) {
-        all_inside = false;
-        let above = entry.path.ends_with("absorption") && number.value > 1.0;
+fn read_coefficient(entry: &Entry<'_>, bands: &BandChoice) -> Option<Vec<f64>> {
+    read_per_band(entry, bands, |value| {
+        let above = entry.path.ends_with("absorption") && value > 1.0;
         let remedy = if above { "; give 1 for measured values above 1 (ISO 354)" } else { "" };
-        report.problem(number.at, format!("{}: {} is outside 0 … 1{remedy}", entry.path, number.value));
-    }
-    let values = bands.per_band(entry, &numbers, report);
-    (all_inside && numbers.is_complete).then_some(values)
+        (!(0.0..=1.0).contains(&value)).then(|| format!("{value} is outside 0 … 1{remedy}"))
+    })
 }
 
 /// τ = 10^(−R/10) from sound reduction indices R [dB], one or one per band.
-fn read_reduction(entry: &Entry<'_>, bands: &BandChoice, report: &mut Report<'_>) -> Option<Vec<f64>> {
-    let numbers = entry.number_or_list(report)?;
-    let mut all_sound = true;
-    for number in numbers.readable.iter().filter(|number| !(number.value >= 0.0 && number.value.is_finite()))
-    {
-        all_sound = false;
-        report
-            .problem(number.at, format!("{}: {} dB is below 0; give 0 dB or more", entry.path, number.value));
+fn read_reduction(entry: &Entry<'_>, bands: &BandChoice) -> Option<Vec<f64>> {
+    let below = |value: f64| (value < 0.0).then(|| format!("{value} dB is below 0; give 0 dB or more"));
+    let reductions = read_per_band(entry, bands, below)?;
+    Some(reductions.into_iter().map(|reduction| libm::pow(10.0, -0.1 * reduction)).collect())
+}
+
+/// One number or one per band, where `fault` finds none in them.
+fn read_per_band(
+    entry: &Entry<'_>,
+    bands: &BandChoice,
+    fault: impl Fn(f64) -> Option<String>,
+) -> Option<Vec<f64>> {
+    let numbers = entry.number_or_list()?;
+    let mut is_sound = numbers.is_complete;
+    for Number { value, at } in &numbers.readable {
+        if let Some(fault) = fault(*value) {
+            is_sound = false;
+            entry.report.problem(*at, format!("{}: {fault}", entry.path));
+        }
     }
-    let values = bands.per_band(entry, &numbers, report);
-    let transmission = |reduction: f64| libm::pow(10.0, -0.1 * reduction);
-    (all_sound && numbers.is_complete).then(|| values.into_iter().map(transmission).collect())
+    let values = bands.per_band(entry, &numbers);
+    is_sound.then_some(values)
 }
 
 /// s from the paper's δ: s = δ / (1−α), 0 where nothing is reflected.
-fn scattering_of(
-    entry: &Entry<'_>,
-    diffuse: &[f64],
-    absorption: &[f64],
-    bands: &BandChoice,
-    report: &mut Report<'_>,
-) -> Vec<f64> {
+fn scattering_of(entry: &Entry<'_>, diffuse: &[f64], absorption: &[f64], bands: &BandChoice) -> Vec<f64> {
     let excess = |(diffuse, absorption): (&f64, &f64)| diffuse + absorption > 1.0 + ROUNDING;
     if let Some(band) = diffuse.iter().zip(absorption).position(excess) {
         let (diffuse, absorption, center) = (diffuse[band], absorption[band], bands.bands.nominal()[band]);
@@ -314,30 +252,11 @@ fn scattering_of(
         let message = format!(
             "{diffuse} and absorption {absorption} exceed 1 together at {center} Hz; give at most 1 - absorption"
         );
-        entry.problem(report, &message);
+        entry.problem(&message);
     }
     let share = |(diffuse, absorption): (&f64, &f64)| {
         let reflected = 1.0 - absorption;
         if reflected > 0.0 { (diffuse / reflected).clamp(0.0, 1.0) } else { 0.0 }
     };
     diffuse.iter().zip(absorption).map(share).collect()
-}
-
-fn check_transmission(
-    entry: &Entry<'_>,
-    transmission: &[f64],
-    absorption: &[f64],
-    bands: &BandChoice,
-    report: &mut Report<'_>,
-) {
-    let excess = |(transmission, absorption): (&f64, &f64)| transmission > absorption;
-    if let Some(band) = transmission.iter().zip(absorption).position(excess) {
-        let (transmission, absorption) = (transmission[band], absorption[band]);
-        let center = bands.bands.nominal()[band];
-        let message = format!(
-            "transmission {transmission} exceeds absorption {absorption} at {center} Hz; what passes is part of what is absorbed: give \
-             at least as much absorption"
-        );
-        entry.problem(report, &message);
-    }
 }

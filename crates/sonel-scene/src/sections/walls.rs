@@ -8,7 +8,6 @@ use crate::document::{Entry, Table};
 use crate::formats;
 use crate::mesh_file::{self, FARTHEST, MeshOfFile, Stated};
 use crate::polygon_mesh::PolygonMesh;
-use crate::report::Report;
 use crate::suggest::suggest;
 
 /// Opens a mesh by the path in the scene file, relative to it.
@@ -56,13 +55,13 @@ pub(crate) fn is_side(name: &str) -> bool {
 }
 
 /// Upward direction in the axes of the scene.
-pub(crate) fn read_up(document: &Table<'_>, report: &mut Report<'_>) -> DVec3 {
+pub(crate) fn read_up(document: &Table<'_>) -> DVec3 {
     let Some(entry) = document.get("mesh_up") else { return DVec3::Z };
-    match entry.text(report) {
+    match entry.text() {
         Some("y") => DVec3::Y,
         Some("z") | None => DVec3::Z,
         Some(unknown) => {
-            entry.problem(report, &format!("unknown axis `{unknown}`; known: z, y"));
+            entry.problem(&format!("unknown axis `{unknown}`; known: z, y"));
             DVec3::Z
         }
     }
@@ -74,67 +73,55 @@ pub(crate) fn read(
     materials: &[Material],
     open_mesh: OpenMesh<'_>,
     made: Option<&PolygonMesh>,
-    report: &mut Report<'_>,
 ) -> Option<Walls> {
-    let unit = read_unit(document, report);
-    let weld = read_weld(document, report);
+    let unit = read_unit(document);
+    let weld = read_weld(document);
     match (document.get("mesh"), document.get("shoebox")) {
         (None, None) => {
-            report.problem(0, "mesh: missing; name a mesh file, or give shoebox = [x, y, z]");
+            document.report.problem(0, "mesh: missing; name a mesh file, or give shoebox = [x, y, z]");
             None
         }
         (Some(_), Some(shoebox)) => {
-            shoebox.problem(report, "given together with mesh; keep one of the two");
+            shoebox.problem("given together with mesh; keep one of the two");
             None
         }
         (Some(mesh), None) => {
             let stated = unit.map(|unit| Stated { unit, up: document.get("mesh_up").is_some() });
-            read_mesh(&mesh, stated.zip(weld), materials, open_mesh, made, report)
+            read_mesh(&mesh, stated.zip(weld), materials, open_mesh, made)
         }
         (None, Some(shoebox)) => {
             if let Some(entry) = document.get("mesh_unit") {
-                entry.problem(report, "a shoebox is in metres; remove this key");
+                entry.problem("a shoebox is in metres; remove this key");
             }
             if let Some(entry) = document.get("mesh_weld") {
-                entry.problem(report, "a shoebox has no cracks; remove this key");
+                entry.problem("a shoebox has no cracks; remove this key");
             }
-            read_shoebox(&shoebox, materials, report)
+            read_shoebox(&shoebox, materials)
         }
     }
 }
 
 /// The length of the unit, if it is stated [m]; `None` when it cannot be read.
-fn read_unit(document: &Table<'_>, report: &mut Report<'_>) -> Option<Option<f64>> {
+fn read_unit(document: &Table<'_>) -> Option<Option<f64>> {
     let Some(entry) = document.get("mesh_unit") else { return Some(None) };
-    let name = entry.text(report)?;
+    let name = entry.text()?;
     let found = UNITS.iter().find(|(unit, _)| *unit == name).map(|(_, length)| *length);
     if found.is_none() {
         let advice = suggest(name, UNITS.iter().map(|(unit, _)| *unit));
-        entry.problem(report, &format!("unknown unit `{name}`; {advice}"));
+        entry.problem(&format!("unknown unit `{name}`; {advice}"));
     }
     found.map(Some)
 }
 
-fn read_weld(document: &Table<'_>, report: &mut Report<'_>) -> Option<f64> {
+fn read_weld(document: &Table<'_>) -> Option<f64> {
     let Some(entry) = document.get("mesh_weld") else { return Some(DEFAULT_WELD) };
-    let weld = entry.number(report)?.value;
+    let weld = entry.number()?.value;
     let is_allowed = (0.0..=LARGEST_WELD).contains(&weld);
     if !is_allowed {
         let message = format!("{weld} m is outside 0 … {LARGEST_WELD} m; 0 closes no cracks");
-        entry.problem(report, &message);
+        entry.problem(&message);
     }
     is_allowed.then_some(weld)
-}
-
-/// The bytes of the file `path` that `entry` names.
-pub(crate) fn read_file(
-    entry: &Entry<'_>,
-    path: &str,
-    open: OpenMesh<'_>,
-    report: &mut Report<'_>,
-) -> Option<Vec<u8>> {
-    let failed = |error| format!("cannot read `{path}`: {error}; the path is relative to the scene file");
-    open(path).map_err(|error| entry.problem(report, &failed(error))).ok()
 }
 
 /// Reads the mesh; `stated` is what the scene file says of it, and the width up to which cracks are closed [m].
@@ -144,16 +131,16 @@ fn read_mesh(
     materials: &[Material],
     open_mesh: OpenMesh<'_>,
     made: Option<&PolygonMesh>,
-    report: &mut Report<'_>,
 ) -> Option<Walls> {
-    let path = entry.filled_text(report)?;
+    let path = entry.filled_text()?;
     let polygons = match made {
         Some(made) => made.polygons(),
-        None => formats::read(path, &read_file(entry, path, open_mesh, report)?, open_mesh),
+        None => formats::read(path, &entry.file(path, open_mesh)?, open_mesh),
     };
     let unknown = Stated { unit: None, up: true };
     let read_as = stated.as_ref().map_or(&unknown, |(stated, _)| stated);
-    let MeshOfFile { mesh, unknown, unit } = mesh_file::read(polygons, path, read_as, materials, report)?;
+    let MeshOfFile { mesh, unknown, unit } =
+        mesh_file::read(polygons, path, read_as, materials, entry.report)?;
     // Read for its own problems; in an unknown unit nothing can be said about positions in it.
     let (_, weld) = stated?;
     let digest = digest(&mesh);
@@ -174,17 +161,14 @@ fn digest(mesh: &Mesh) -> [u8; 32] {
     hasher.finalize().into()
 }
 
-fn read_shoebox(entry: &Entry<'_>, materials: &[Material], report: &mut Report<'_>) -> Option<Walls> {
-    let size = entry.vector(report)?;
+fn read_shoebox(entry: &Entry<'_>, materials: &[Material]) -> Option<Walls> {
+    let size = entry.vector()?;
     let is_size = |length: f64| length > 0.0 && length <= FARTHEST;
     if !size.to_array().into_iter().all(is_size) {
-        entry.problem(
-            report,
-            &format!("{size} is not a size; give three lengths above 0 m, at most {FARTHEST:e} m"),
-        );
-        return None;
+        return entry
+            .refused(&format!("{size} is not a size; give three lengths above 0 m, at most {FARTHEST:e} m"));
     }
-    let walls = shoebox_materials(entry, materials, report)?;
+    let walls = shoebox_materials(entry, materials)?;
     let mesh = Mesh::shoebox(size.to_array(), walls);
     Some(Walls {
         mesh,
@@ -198,7 +182,7 @@ fn read_shoebox(entry: &Entry<'_>, materials: &[Material], report: &mut Report<'
 }
 
 /// The material of each wall: that of its own name, else that of all walls.
-fn shoebox_materials(entry: &Entry<'_>, materials: &[Material], report: &mut Report<'_>) -> Option<[u32; 6]> {
+fn shoebox_materials(entry: &Entry<'_>, materials: &[Material]) -> Option<[u32; 6]> {
     let named = |name: &str| (0u32..).zip(materials).find(|(_, material)| material.name == name);
     let of_wall = |wall: &str| named(wall).or_else(|| named(SHOEBOX_MATERIAL)).map(|(index, _)| index);
     let found = SHOEBOX_WALLS.map(of_wall);
@@ -208,8 +192,7 @@ fn shoebox_materials(entry: &Entry<'_>, materials: &[Material], report: &mut Rep
             "its walls need a table [materials.walls], or one for each of x0, x1, y0, y1, z0, z1; found: {}",
             names.join(", ")
         );
-        entry.problem(report, &message);
-        return None;
+        return entry.refused(&message);
     }
     Some(found.map(Option::unwrap_or_default))
 }
