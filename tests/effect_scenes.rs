@@ -3,7 +3,7 @@
 use glam::{DVec3, dvec3};
 use sonel_acoustics::{Air, BandWidth, Bands, Material, Pattern};
 use sonel_analysis::{Parameter, ParameterValue};
-use sonel_console::clock::CpuClock;
+use sonel_console::Stopwatch;
 use sonel_geometry::Mesh;
 use sonel_map::{Mode, Settings};
 use sonel_renderer::RenderSettings;
@@ -73,7 +73,7 @@ pub fn run(scene: &Scene, spec: &str, emissions: u64) -> Run {
         trace: Settings { emissions, seed: 7, ..Settings::default() },
         render: RenderSettings { rays: Some(4096), edges: spec.diffracts(), ..RenderSettings::default() },
     };
-    let run = room.run(&settings, &receivers_of(&scene), &mut InMemory, &CpuClock).expect("a run");
+    let run = room.run(&settings, &receivers_of(&scene), &mut InMemory, &Stopwatch::start()).expect("a run");
     Run {
         seconds: run.traced.seconds.total() + run.rendered.seconds.total(),
         rendered: run.rendered,

@@ -2,7 +2,7 @@
 
 use glam::dvec3;
 use sonel_acoustics::{Bands, Material};
-use sonel_console::clock::CpuClock;
+use sonel_console::Stopwatch;
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
@@ -135,11 +135,11 @@ fn compare(name: &str, scene: &Scene) -> Record {
         parameters: &PLANNED,
         seconds: None,
     };
-    let before = CpuClock.process();
-    let pilot = pilot::run(&config, &CpuClock).expect("a pilot");
-    let spent = CpuClock.process() - before;
+    let clock = Stopwatch::start();
+    let pilot = pilot::run(&config, &clock).expect("a pilot");
+    let spent = clock.process();
     let settings = PipelineSettings { trace, ..PipelineSettings::default() };
-    let run = room.run(&settings, &receivers, &mut InMemory, &CpuClock).expect("a run");
+    let run = room.run(&settings, &receivers, &mut InMemory, &clock).expect("a run");
     let mut record = Record::default();
     for (spread, found) in pilot.spreads.iter().zip(readings(&run.rendered.parameters, &PLANNED)) {
         let (Ok(predicted), Ok([low, high])) =

@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 use sonel_analysis::Parameter;
-use sonel_console::clock::CpuClock;
+use sonel_console::Stopwatch;
 use sonel_geometry::{Mesh, MeshTriangle};
 use sonel_map::Settings;
 use sonel_scene::{Receiver, Scene};
@@ -97,7 +97,7 @@ fn case(name: &str, scene: &Scene, emissions: u64) {
     for seed in 1..=seeds {
         let trace = Settings { emissions, seed, ..Settings::default() };
         let settings = PipelineSettings { trace, ..PipelineSettings::default() };
-        let run = room.run(&settings, &receivers, &mut InMemory, &CpuClock).expect("a tight room");
+        let run = room.run(&settings, &receivers, &mut InMemory, &Stopwatch::start()).expect("a tight room");
         seconds += (run.traced.seconds.total() + run.rendered.seconds.total()) / seeds as f64;
         let parameters = run.rendered.parameters;
         let bands = || parameters.iter().flat_map(|receiver| &receiver.bands);

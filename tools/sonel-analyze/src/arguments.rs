@@ -1,9 +1,11 @@
 //! The command line of `sonel-analyze`.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
+use serde_json::Value;
 use sonel_console::choices::{estimator, mode};
 use sonel_console::count::parse_count;
 use sonel_console::heard::HeardArguments;
@@ -466,6 +468,19 @@ impl Printed {
     #[must_use]
     pub fn is_json(self) -> bool {
         self.json || self.format == TableOrJson::Json
+    }
+
+    /// Prints what is wanted.
+    ///
+    /// # Errors
+    /// When `out` cannot be written.
+    pub fn print(
+        self,
+        out: &mut dyn Write,
+        json: impl FnOnce() -> Value,
+        text: impl FnOnce() -> String,
+    ) -> std::io::Result<()> {
+        if self.is_json() { writeln!(out, "{:#}", json()) } else { write!(out, "{}", text()) }
     }
 }
 

@@ -9,7 +9,7 @@ use sonel_analysis::sonels::Sonels;
 use sonel_console::Outcome;
 use sonel_console::artifact::Artifact;
 use sonel_console::output::{Kind, Output, has_ending};
-use sonel_console::progress::{Progress, ProgressSink};
+use sonel_console::progress::Progress;
 use sonel_console::quantity;
 
 use crate::arguments::Export;
@@ -34,14 +34,14 @@ pub fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Resu
     let sonels = Sonels::new(&map, &geometry);
     let target = Output::create(output, kind, &inputs)?;
     let (count, passes) = (sonels.count(), if as_archive { export::ARRAYS } else { 1 });
-    let progress = Progress::begin("exporting", count * passes, ProgressSink::unless(quiet));
-    let reach = &mut |rows| progress.reach(rows);
+    let progress = Progress::begin("exporting", quiet);
+    let reach = &mut |rows| progress.reach(rows as f64 / (count * passes) as f64);
     if as_archive {
         target.write(|out| export::npz(&sonels, out, reach).map(drop))?;
     } else {
         target.write(|out| export::csv(&sonels, out, reach))?;
     }
-    progress.end();
+    drop(progress);
     let bytes = std::fs::metadata(output)?.len();
     writeln!(log, "{count} sonels, {bytes} bytes; written to {}", output.display())?;
     Ok(Outcome::Done)

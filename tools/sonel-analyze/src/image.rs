@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use sonel_acoustics::energy_from_level_db;
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
-use sonel_console::progress::{Progress, ProgressSink};
+use sonel_console::progress::Progress;
 use sonel_drawing::picture::{self, DecibelScale, Drawing, Picture, WindowPicture};
 use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, hexadecimal};
@@ -18,9 +18,6 @@ use sonel_scene::Scene;
 
 use crate::arguments::{Image, NamedWindow};
 use crate::open;
-
-/// Steps of the progress bar.
-const STEPS: f64 = 1000.0;
 
 /// Writes both pictures.
 ///
@@ -37,11 +34,10 @@ pub fn run(arguments: &Image, quiet: bool, log: &mut dyn Write) -> anyhow::Resul
     let renderer = Renderer::new(&map, &geometry, settings).with_context(named)?;
     let values = Output::create(&arguments.output, Kind::PICTURE, &inputs)?;
     let mut drawing = Output::create(&drawn, Kind::DRAWN_PICTURE, &inputs)?;
-    let progress = Progress::begin("counting", STEPS as u64, ProgressSink::unless(quiet));
-    let seen = renderer.picture(request.source, &request.camera, &request.windows, &mut |share| {
-        progress.reach((STEPS * share) as u64);
-    })?;
-    progress.end();
+    let progress = Progress::begin("counting", quiet);
+    let mut reach = |share| progress.reach(share);
+    let seen = renderer.picture(request.source, &request.camera, &request.windows, &mut reach)?;
+    drop(progress);
     request.log_what_is_seen(&seen, &map.header().scene, log)?;
     let picture = request.picture(seen, &map, arguments);
     request.draw(&picture, arguments, drawing.writer(), log)?;

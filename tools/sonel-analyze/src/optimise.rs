@@ -3,10 +3,11 @@
 use std::io::Write;
 
 use anyhow::{Context, bail};
-use comfy_table::{CellAlignment, Table, presets};
 use sonel::TemporaryMaps;
 use sonel_analysis::ParameterValue;
+use sonel_console::follower::Follower;
 use sonel_console::output::{Kind, Output};
+use sonel_console::table::aligned;
 use sonel_console::{Log, Outcome};
 use sonel_design::goal::Goal;
 use sonel_design::optimise::{Candidate, Choice, OptimiseError, Proposal};
@@ -16,7 +17,7 @@ use sonel_scene::{Scene, load_materials};
 use sonel_study::response::receivers_of;
 
 use crate::arguments::{Change, OptimiseArguments, To};
-use crate::fit::{Stages, folder_of, refuse_angular, write_materials};
+use crate::fit::{folder_of, refuse_angular, tell, write_materials};
 use crate::open;
 
 /// Prints what is proposed and writes the materials.
@@ -41,16 +42,16 @@ pub fn run(
         bail!("{label}: the scene has no receivers: give --receiver NAME=x,y,z");
     }
     let output = Output::create(&arguments.output, Kind::MATERIALS, std::slice::from_ref(&arguments.map))?;
-    let mut stages = Stages::begin(quiet, log);
+    let follower = Follower::new(quiet, log);
     let (map, render) = (&mut map, RenderSettings::default());
     let found = sonel_design::optimise::optimise(
         VariedMap { map, geometry: &geometry, receivers: &receivers, render },
         &arguments.goals,
         &candidates,
         &mut TemporaryMaps::new(folder_of(&arguments.output)),
-        &mut |stage| stages.tell(stage),
+        &mut |stage| tell(stage, &follower),
     );
-    stages.end();
+    drop(follower);
     if let Err(error @ OptimiseError::OutOfReach(_)) = found {
         writeln!(out, "{error}; no file is written")?;
         return Ok(Outcome::Missed);
@@ -157,29 +158,24 @@ fn print(
         "{:.1} m² change, cost {:.1}; {combinations} combinations, {rendered} rendered\n",
         found.area, found.cost
     )?;
-    let table = outcomes(found, &arguments.goals, scene);
-    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     writeln!(
         out,
-        "{}\n\nmeans over sources and receivers; predicted: from the map; fresh trace: of the changed scene with another seed; ±: half-width of the 95 % interval",
-        lines.join("\n")
+        "{}\nmeans over sources and receivers; predicted: from the map; fresh trace: of the changed scene with another seed; ±: half-width of the 95 % interval",
+        outcomes(found, &arguments.goals, scene)
     )?;
     Ok(())
 }
 
 /// A row for each goal and band.
-fn outcomes(found: &Proposal, goals: &[Goal], scene: &Scene) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
-    table.set_header(["parameter", "band", "wanted", "map as it is", "predicted", "fresh trace", ""]);
-    for outcome in &found.outcomes {
+fn outcomes(found: &Proposal, goals: &[Goal], scene: &Scene) -> String {
+    let rows = found.outcomes.iter().map(|outcome| {
         let goal = &goals[outcome.goal];
         let (symbol, unit, factor) = goal.parameter.heading();
         let is_met = |estimate: &ParameterValue| {
             estimate.as_ref().is_ok_and(|estimate| (estimate.value - goal.value).abs() <= goal.tolerance)
         };
         let met = is_met(&outcome.predicted) && is_met(&outcome.verified);
-        table.add_row([
+        [
             format!("{symbol} [{unit}]"),
             format!("{} Hz", scene.bands.nominal()[outcome.band]),
             format!("{:.3} ±{:.3}", factor * goal.value, factor * goal.tolerance),
@@ -187,12 +183,10 @@ fn outcomes(found: &Proposal, goals: &[Goal], scene: &Scene) -> Table {
             cell(&outcome.predicted, factor),
             cell(&outcome.verified, factor),
             if met { "met" } else { "missed" }.to_owned(),
-        ]);
-    }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table
+        ]
+    });
+    let head = ["parameter", "band", "wanted", "map as it is", "predicted", "fresh trace", ""];
+    aligned(head, rows, 1..)
 }
 
 fn cell(estimate: &ParameterValue, factor: f64) -> String {

@@ -14,7 +14,6 @@ use sonel_analysis::modal::ModalBands;
 use sonel_analysis::receiver::parameters_of;
 use sonel_analysis::{ReceiverParameters, report};
 use sonel_console::follower::Follower;
-use sonel_console::progress::ProgressSink;
 use sonel_console::{Log, Outcome, spelled};
 use sonel_echogram::Response;
 
@@ -84,7 +83,7 @@ fn read(
     let mut parameters = parameters_of(&response, arguments.heard.talk().as_ref());
     let materials = match map {
         Some(map) => {
-            let follower = Follower::new(ProgressSink::unless(quiet), log);
+            let follower = Follower::new(quiet, log);
             let (uncertainty, heard) = (&arguments.uncertainty, &arguments.heard);
             let attached = uncertainty.attach(&mut parameters, &response, map, heard, &follower);
             Some(attached.with_context(|| path.display().to_string())?)

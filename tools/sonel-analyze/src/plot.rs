@@ -30,9 +30,7 @@ const USUAL: [What; 3] = [What::Echogram, What::Decay, What::Parameters];
 /// When a file is unusable, a response lacks the source, receiver or band asked for, or the output has another ending or cannot be
 /// written.
 pub fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let output = &arguments.output;
-    let (kind, draw) = format(output)?;
-    let target = Output::create(output, kind, &arguments.files)?;
+    let target = Target::create(&arguments.output)?;
     let wanted =
         |what| if arguments.what.is_empty() { &USUAL[..] } else { &arguments.what[..] }.contains(&what);
     let (responses, map) = sorted(&arguments.files)?;
@@ -65,22 +63,34 @@ pub fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     if wanted(What::Map) {
         sheet.plans = Some(plans::of(&subjects, map.as_deref(), arguments, log)?);
     }
-    target.write(|out| draw(&sheet, out))?;
-    writeln!(log, "written to {}", output.display())?;
+    target.draw(&sheet)?;
+    writeln!(log, "written to {}", arguments.output.display())?;
     Ok(Outcome::Done)
 }
 
-type Draw = fn(&Sheet, &mut dyn Write) -> Result<(), PlotError>;
+/// A drawing to be written.
+pub struct Target {
+    output: Output,
+    draw: fn(&Sheet, &mut dyn Write) -> Result<(), PlotError>,
+}
 
-/// What the ending of the output asks for.
-fn format(output: &Path) -> anyhow::Result<(Kind, Draw)> {
-    if has_ending(output, "svg") {
-        return Ok((Kind::DRAWING, plot::svg));
+impl Target {
+    /// SVG or PNG, as the ending of `output` asks for.
+    pub fn create(output: &Path) -> anyhow::Result<Self> {
+        if has_ending(output, "svg") {
+            return Ok(Self { output: Output::create(output, Kind::DRAWING, &[])?, draw: plot::svg });
+        }
+        if has_ending(output, "png") {
+            return Ok(Self { output: Output::create(output, Kind::DRAWN_PICTURE, &[])?, draw: plot::png });
+        }
+        bail!("{} ends neither in .svg nor in .png: plots are drawn as SVG or PNG", output.display())
     }
-    if has_ending(output, "png") {
-        return Ok((Kind::DRAWN_PICTURE, plot::png));
+
+    /// Draws `sheet` and puts the file in its place.
+    pub fn draw(self, sheet: &Sheet) -> anyhow::Result<()> {
+        let Self { output, draw } = self;
+        output.write(|out| draw(sheet, out))
     }
-    bail!("{} ends neither in .svg nor in .png: plots are drawn as SVG or PNG", output.display())
 }
 
 /// Responses, and the map where there is one.

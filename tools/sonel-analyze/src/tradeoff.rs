@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use sonel::TemporaryMaps;
-use sonel_console::clock::CpuClock;
 use sonel_console::follower::Follower;
 use sonel_console::output::{self, Kind, Output};
-use sonel_console::progress::{Progress, ProgressSink};
-use sonel_console::{Log, Outcome};
+use sonel_console::progress::Progress;
+use sonel_console::{Log, Outcome, Stopwatch};
 use sonel_design::tradeoff::report::{self, Findings};
 use sonel_design::tradeoff::{Levels, Setting, Sweep, conduct, verdict};
 use sonel_drawing::plot::{self, Sheet};
@@ -23,8 +22,6 @@ use sonel_study::room_decay;
 
 use crate::arguments::{Property, Tradeoff};
 
-/// Steps of the progress bar.
-const PROGRESS_STEPS: f64 = 1000.0;
 /// Packets tried where they are varied, and where they are not.
 const PACKETS: [u64; 4] = [1_000, 4_000, 16_000, 64_000];
 const FIXED_PACKETS: u64 = 16_000;
@@ -49,7 +46,7 @@ pub fn run(
     if !problems.is_empty() {
         bail!("{}", problems.join("\nerror: "));
     }
-    let follower = Follower::new(ProgressSink::unless(quiet), log);
+    let follower = Follower::new(quiet, log);
     let loaded = follower.result(sonel::Scene::load(&arguments.scene, &follower))?;
     drop(follower);
     let (mut scene, geometry, inputs) = loaded.into_parts();
@@ -78,12 +75,11 @@ pub fn run(
         std::fs::create_dir(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
-    let progress = Progress::begin("running", PROGRESS_STEPS as u64, ProgressSink::unless(quiet));
+    let progress = Progress::begin("running", quiet);
+    let mut reach = |share| progress.reach(share);
     let mut store = TemporaryMaps::new(folder.clone());
-    let conducted = conduct(&room, &receivers, &sweep, &mut store, &CpuClock, &mut |share| {
-        progress.reach((share * PROGRESS_STEPS) as u64);
-    });
-    progress.end();
+    let conducted = conduct(&room, &receivers, &sweep, &mut store, &Stopwatch::start(), &mut reach);
+    drop(progress);
     let tradeoff = conducted.with_context(|| format!("cannot run the settings in {}", folder.display()))?;
     let findings = Findings::of(&tradeoff);
     write_all(folder, &inputs, &findings)?;

@@ -16,6 +16,7 @@ pub mod output;
 pub mod progress;
 pub mod receiver;
 pub mod shard;
+pub mod table;
 pub mod time;
 pub mod uncertainty;
 

@@ -15,7 +15,6 @@ use sonel::{Change, ClassShare, Map, RenderOptions, Rendered};
 use sonel_analysis::report;
 use sonel_console::follower::Follower;
 use sonel_console::output::{self, Kind, Output};
-use sonel_console::progress::ProgressSink;
 use sonel_console::quantity::counted;
 use sonel_console::{Log, Outcome, use_threads};
 
@@ -29,7 +28,7 @@ pub use sound::{SoundArguments, SoundFiles};
 /// # Errors
 /// When the map is damaged, a receiver impossible, or the output cannot be written.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
-    let follower = Follower::new(ProgressSink::unless(arguments.quiet), log);
+    let follower = Follower::new(arguments.quiet, log);
     use_threads(arguments.threads)?;
     let map = follower.result(Map::open(&arguments.map))?;
     let mut given = arguments.receivers.clone();

@@ -16,7 +16,6 @@ use sonel::{Map, Plan, PreparedTrace, Scene, Traced};
 use sonel_console::follower::Follower;
 use sonel_console::maps::MapOutputs;
 use sonel_console::output::{self, Kind, Output};
-use sonel_console::progress::ProgressSink;
 use sonel_console::{Log, Outcome, input, spelled, use_threads};
 
 pub use arguments::Arguments;
@@ -27,7 +26,7 @@ pub use program::Program;
 /// # Errors
 /// When the scene, the options or the output are unusable, or the room leaks.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
-    let follower = Follower::new(ProgressSink::unless(arguments.quiet), log).verbose(arguments.verbose);
+    let follower = Follower::new(arguments.quiet, log).verbose(arguments.verbose);
     use_threads(arguments.threads)?;
     let mut options = arguments.options();
     options.settings().map_err(spelled)?;

@@ -7,7 +7,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use sonel_console::output::{Kind, Output};
-use sonel_console::progress::{Progress, ProgressSink};
+use sonel_console::progress::Progress;
 use sonel_console::{Outcome, input};
 use sonel_scene::{Draft, DraftOptions, Purpose, SceneErrors, shell_word};
 
@@ -84,10 +84,8 @@ fn of_mesh(new: &New, mesh: &Path, options: &DraftOptions<'_>) -> anyhow::Result
     let path = beside(mesh, &new.output)?;
     let name = mesh.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let folder = new.output.parent().unwrap_or(Path::new("")).to_owned();
-    let progress = Progress::wait("reading", ProgressSink::unless(new.common.quiet));
-    let draft = sonel_scene::draft(&path, &name, options, &mut |path| input::read(&folder.join(path)));
-    progress.end();
-    Ok(draft)
+    let _progress = Progress::wait("reading", new.common.quiet);
+    Ok(sonel_scene::draft(&path, &name, options, &mut |path| input::read(&folder.join(path))))
 }
 
 /// The path of the mesh as the scene file names it: relative to its folder where the mesh lies in it, else absolute.

@@ -12,7 +12,6 @@ use anyhow::bail;
 use sonel_console::follower::Follower;
 use sonel_console::heard::HeardArguments;
 use sonel_console::output::{Kind, Output, has_ending};
-use sonel_console::progress::ProgressSink;
 use sonel_console::{Log, Outcome, use_threads};
 
 pub use arguments::{Arguments, HeadArguments};
@@ -31,7 +30,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
             &arguments.heard,
             &arguments.head,
             arguments.packets,
-            ProgressSink::unless(arguments.quiet),
+            arguments.quiet,
             log,
         );
     }
@@ -49,14 +48,14 @@ pub fn freeze(
     heard: &HeardArguments,
     head: &HeadArguments,
     packets: Option<u64>,
-    progress: ProgressSink,
+    quiet: bool,
     log: &mut Log<'_>,
 ) -> anyhow::Result<Outcome> {
     if !has_ending(output, "html") {
         bail!("{} does not end in .html: the page is an HTML file", output.display());
     }
     let target = Output::create(output, Kind::PAGE, files)?;
-    let follower = Follower::new(progress, log);
+    let follower = Follower::new(quiet, log);
     let (mut subjects, map) = Files::open(files)?.rendered(packets, heard, &follower)?;
     let uncertainty = &head.uncertainty;
     if uncertainty.is_given() {
