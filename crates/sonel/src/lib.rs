@@ -51,6 +51,8 @@ pub mod file;
 #[doc(hidden)]
 pub mod ledger;
 mod map;
+#[doc(hidden)]
+pub mod names;
 mod observer;
 #[doc(hidden)]
 pub mod plan;

@@ -29,10 +29,9 @@ pub fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Resu
         _ if has_ending(output, "npz") => (true, Kind::SONEL_ARCHIVE),
         _ => bail!("{} ends neither in .csv nor in .npz: choose one of them", output.display()),
     };
-    let inputs = [map.clone()];
     let (map, geometry) = open::checked_map(map)?;
     let sonels = Sonels::new(&map, &geometry);
-    let target = Output::create(output, kind, &inputs)?;
+    let target = Output::create(output, kind, &[])?;
     let (count, passes) = (sonels.count(), if as_archive { export::ARRAYS } else { 1 });
     let progress = Progress::begin("exporting", quiet);
     let reach = &mut |rows| progress.reach(rows as f64 / (count * passes) as f64);
@@ -54,7 +53,7 @@ fn echograms(response: &Path, output: &Path, log: &mut dyn Write) -> anyhow::Res
             output.display()
         );
     }
-    let target = Output::create(output, Kind::ECHOGRAM_TABLE, &[response.to_owned()])?;
+    let target = Output::create(output, Kind::ECHOGRAM_TABLE, &[])?;
     let response = open::response(response)?;
     target.write(|out| export::echogram_csv(&response, out))?;
     let bytes = std::fs::metadata(output)?.len();

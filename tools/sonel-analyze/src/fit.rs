@@ -4,13 +4,12 @@ mod measured;
 mod report;
 
 use std::io::Write;
-use std::path::Path;
 
 use anyhow::{Context, bail};
 use sonel::{Observer, TemporaryMaps};
 use sonel_acoustics::{Coefficient, Material};
 use sonel_console::follower::Follower;
-use sonel_console::output::{Kind, Output};
+use sonel_console::output::{Kind, Output, folder_of};
 use sonel_console::quantity::counted;
 use sonel_console::{Log, Outcome};
 use sonel_design::fit::{FitSettings, Stage};
@@ -35,8 +34,7 @@ pub fn run(
     let scene = map.header().scene.clone();
     refuse_angular(&scene.materials)?;
     let measured = measured::read(arguments, &scene, log)?;
-    let inputs = [arguments.map.clone(), arguments.measured.clone()];
-    let output = Output::create(&arguments.output, Kind::MATERIALS, &inputs)?;
+    let output = Output::create(&arguments.output, Kind::MATERIALS, &[])?;
     let scattering = arguments.scattering.then_some(Coefficient::Scattering);
     let settings = FitSettings {
         coefficients: std::iter::once(Coefficient::Absorption).chain(scattering).collect(),
@@ -53,7 +51,7 @@ pub fn run(
         varied,
         &measured.measurements,
         &settings,
-        &mut TemporaryMaps::new(folder_of(&arguments.output)),
+        &mut TemporaryMaps::new(folder_of(&arguments.output).to_owned()),
         &mut |stage| tell(stage, &follower),
     );
     drop(follower);
@@ -72,12 +70,6 @@ pub fn run(
         writeln!(log, "warning: the coefficients did not settle: fit again from the result")?;
     }
     Ok(if found.is_settled { Outcome::Done } else { Outcome::Missed })
-}
-
-/// The folder in which maps are kept meanwhile: that of the output.
-pub fn folder_of(output: &Path) -> std::path::PathBuf {
-    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
-    folder.unwrap_or(Path::new(".")).to_owned()
 }
 
 /// Writes `materials`; those that differ from `before` get `source` before their own.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
+use sonel::names::place;
 use sonel_acoustics::energy_from_level_db;
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
@@ -25,15 +26,14 @@ use crate::open;
 /// When the map is unusable, there is no such camera, window, band or source, or an output cannot be written.
 pub fn run(arguments: &Image, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let drawn = drawn_name(arguments)?;
-    let inputs = [arguments.map.clone()];
     let (map, geometry) = open::map(&arguments.map)?;
     let request = PictureRequest::new(arguments, &map, &geometry)?;
     let settings =
         RenderSettings { gather_radius: arguments.radius, ..RenderSettings::of(Estimator::Connection) };
     let named = || arguments.map.display().to_string();
     let renderer = Renderer::new(&map, &geometry, settings).with_context(named)?;
-    let values = Output::create(&arguments.output, Kind::PICTURE, &inputs)?;
-    let mut drawing = Output::create(&drawn, Kind::DRAWN_PICTURE, &inputs)?;
+    let values = Output::create(&arguments.output, Kind::PICTURE, &[])?;
+    let mut drawing = Output::create(&drawn, Kind::DRAWN_PICTURE, &[])?;
     let progress = Progress::begin("counting", quiet);
     let mut reach = |share| progress.reach(share);
     let seen = renderer.picture(request.source, &request.camera, &request.windows, &mut reach)?;
@@ -198,10 +198,7 @@ impl PictureRequest {
 /// Index of the source asked for.
 fn source(arguments: &Image, scene: &Scene) -> Result<usize, String> {
     let Some(wanted) = &arguments.source else { return Ok(0) };
-    scene.sources.iter().position(|source| source.name == *wanted).ok_or_else(|| {
-        let names: Vec<&str> = scene.sources.iter().map(|source| source.name.as_str()).collect();
-        format!("the map has no source \"{wanted}\"; it has {}", names.join(", "))
-    })
+    place(scene.sources.iter().map(|source| source.name.as_str()), wanted, "the map has no source")
 }
 
 /// What each band weighs in the drawing, and what that is called.

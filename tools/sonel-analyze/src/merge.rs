@@ -32,7 +32,7 @@ fn join_responses(arguments: &Merge, log: &mut dyn Write) -> anyhow::Result<Outc
     let part = |path: &PathBuf| Ok((path.display().to_string(), open::response(path)?));
     let parts: Vec<_> = shards.iter().map(part).collect::<anyhow::Result<_>>()?;
     let whole = join(parts).map_err(|problems| together(&problems))?;
-    Output::create(output, Kind::RESPONSE, shards)?.write(|out| whole.write(out).map(drop))?;
+    Output::create(output, Kind::RESPONSE, &[])?.write(|out| whole.write(out).map(drop))?;
     let (count, receivers) = (counted(shards.len(), "response"), counted(whole.receivers(), "receiver"));
     writeln!(log, "{count} joined, {receivers}; written to {}", output.display())?;
     Ok(Outcome::Done)
@@ -45,7 +45,7 @@ fn join_maps(arguments: &Merge, quiet: bool, log: &mut dyn Write) -> anyhow::Res
     let merger = Merger::new(&names, &mut open).map_err(|problems| together(&problems))?;
     let (paths, ShardRange { index, count }) = (merger.path_count(), merger.header().shard);
 
-    let target = Output::create(output, Kind::MAP, maps)?;
+    let target = Output::create(output, Kind::MAP, &[])?;
     let progress = Progress::begin("merging", quiet);
     let mut reach = |copied| progress.reach(copied as f64 / paths as f64);
     target.write(|out| merger.write(out, &mut open, &mut reach).map(drop))?;

@@ -3,8 +3,9 @@
 use std::io::Write;
 use std::path::Path;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use serde_json::{Value, json};
+use sonel::names::place;
 use sonel_analysis::ParameterValue;
 use sonel_analysis::comparison::{Pairing, difference};
 use sonel_analysis::modulation::Talk;
@@ -75,10 +76,9 @@ struct Office {
 impl Office {
     fn read(path: &Path, arguments: &OpenPlan, log: &mut dyn Write) -> anyhow::Result<Self> {
         let response = open::response(path)?;
-        let find = |what: &str, names: &[String], wanted: &String| {
-            names.iter().position(|name| name == wanted).with_context(|| {
-                format!("{} has no {what} \"{wanted}\"; it has {}", path.display(), names.join(", "))
-            })
+        let find = |what: &str, names: &[String], wanted: &str| {
+            place(names.iter().map(String::as_str), wanted, &format!("{} has no {what}", path.display()))
+                .map_err(anyhow::Error::msg)
         };
         let source = match &arguments.source {
             Some(name) => find("source", &response.source_names, name)?,

@@ -4,9 +4,10 @@ use std::io::Write;
 
 use anyhow::{Context, bail};
 use sonel::TemporaryMaps;
+use sonel::names::place;
 use sonel_analysis::ParameterValue;
 use sonel_console::follower::Follower;
-use sonel_console::output::{Kind, Output};
+use sonel_console::output::{Kind, Output, folder_of};
 use sonel_console::table::aligned;
 use sonel_console::{Log, Outcome};
 use sonel_design::goal::Goal;
@@ -17,7 +18,7 @@ use sonel_scene::{Scene, load_materials};
 use sonel_study::response::receivers_of;
 
 use crate::arguments::{Change, OptimiseArguments, To};
-use crate::fit::{folder_of, refuse_angular, tell, write_materials};
+use crate::fit::{refuse_angular, tell, write_materials};
 use crate::open;
 
 /// Prints what is proposed and writes the materials.
@@ -41,14 +42,14 @@ pub fn run(
     if receivers.is_empty() {
         bail!("{label}: the scene has no receivers: give --receiver NAME=x,y,z");
     }
-    let output = Output::create(&arguments.output, Kind::MATERIALS, std::slice::from_ref(&arguments.map))?;
+    let output = Output::create(&arguments.output, Kind::MATERIALS, &[])?;
     let follower = Follower::new(quiet, log);
     let (map, render) = (&mut map, RenderSettings::default());
     let found = sonel_design::optimise::optimise(
         VariedMap { map, geometry: &geometry, receivers: &receivers, render },
         &arguments.goals,
         &candidates,
-        &mut TemporaryMaps::new(folder_of(&arguments.output)),
+        &mut TemporaryMaps::new(folder_of(&arguments.output).to_owned()),
         &mut |stage| tell(stage, &follower),
     );
     drop(follower);
@@ -82,9 +83,7 @@ fn candidates(arguments: &OptimiseArguments, scene: &Scene) -> anyhow::Result<Ve
     let mut problems = Vec::new();
     let mut found: Vec<Candidate> = Vec::new();
     let number = |name: &str| {
-        let known: Vec<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
-        let place = known.iter().position(|known| *known == name);
-        place.ok_or_else(|| format!("the map has no material \"{name}\"; it has {}", known.join(", ")))
+        place(scene.materials.iter().map(|material| material.name.as_str()), name, "the map has no material")
     };
     for Change { name, to } in &arguments.changes {
         let candidate = number(name).and_then(|material| {

@@ -6,6 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use sonel::names::place;
 use sonel_analysis::ReceiverParameters;
 use sonel_analysis::modulation::Talk;
 use sonel_analysis::receiver::parameters_of;
@@ -128,9 +129,10 @@ impl Subject {
         let find = |what: &str, names: &[String], wanted: Option<&String>| match wanted {
             None if names.is_empty() => bail!("{} holds no {what}", path.display()),
             None => Ok(0),
-            Some(wanted) => names.iter().position(|name| name == wanted).with_context(|| {
-                format!("{} has no {what} \"{wanted}\"; it has {}", path.display(), names.join(", "))
-            }),
+            Some(wanted) => {
+                place(names.iter().map(String::as_str), wanted, &format!("{} has no {what}", path.display()))
+                    .map_err(anyhow::Error::msg)
+            }
         };
         // A measurement is of one source at one receiver, whatever they are called.
         let named = |name: &'_ Option<String>| name.clone().filter(|_| !response.is_measured());

@@ -10,7 +10,6 @@ pub mod follower;
 pub mod heard;
 pub mod inputs;
 pub mod interrupt;
-pub mod maps;
 mod memory;
 pub mod output;
 pub mod progress;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Parser;
 use sonel::{Air, Audience, Change, Estimator, Grid, ReceiverPoint, RenderOptions, ShardRange, Targets};
 use sonel_console::choices::{diffraction, estimator};
-use sonel_console::count::parse_count;
+use sonel_console::count::{parse_count, parse_rays};
 use sonel_console::parse_threads;
 use sonel_console::receiver::parse_receiver;
 use sonel_console::shard::parse_shard;
@@ -210,11 +210,6 @@ impl Arguments {
 fn parse_change(text: &str) -> Result<Change, String> {
     let (name, value) = text.split_once('=').unwrap_or((text, ""));
     Change::parse(name, value)
-}
-
-fn parse_rays(text: &str) -> Result<u32, String> {
-    let rays = u32::try_from(parse_count(text)?).ok().filter(|rays| *rays > 0);
-    rays.ok_or_else(|| format!("give 1 … {} rays", u32::MAX))
 }
 
 #[cfg(test)]

@@ -7,16 +7,16 @@ mod new;
 mod program;
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, anyhow};
 use serde_json::{Value, json};
 use sonel::plan as tables;
-use sonel::{Map, Plan, PreparedTrace, Scene, Traced};
+use sonel::{Map, MapStore, Scene};
 use sonel_console::follower::Follower;
-use sonel_console::maps::MapOutputs;
-use sonel_console::output::{self, Kind, Output};
+use sonel_console::output::{self, Kind, Output, failed};
 use sonel_console::{Log, Outcome, input, spelled, use_threads};
+use sonel_map::{MapError, SonelMap};
 
 pub use arguments::Arguments;
 pub use program::Program;
@@ -33,8 +33,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     arguments.output.iter().try_for_each(|path| output::check_place(path))?;
     let scene = follower.result(Scene::load(&arguments.scene, &follower))?;
     // Whatever is wrong with the output shall be said before the work is done.
-    let inputs: Vec<PathBuf> = scene.files().iter().chain(&arguments.decision).cloned().collect();
-    arguments.output.iter().try_for_each(|path| Output::try_create(path, Kind::MAP, &inputs))?;
+    let create = |path: &Path| Output::create(path, Kind::MAP, scene.files());
+    arguments.output.iter().try_for_each(|path| create(path).map(drop))?;
     let [extended, decision] =
         [&arguments.extend, &arguments.decision].map(|path| path.as_deref().map(opened));
     let (extended, decision) = (extended.transpose()?, decision.transpose()?);
@@ -51,7 +51,12 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         }
         return Ok(Outcome::Done);
     };
-    let (traced, output) = trace(prepared, plan.as_ref(), path, &inputs, &follower)?;
+    let mut outputs = MapOutputs { create: &|| create(path), last: None };
+    let traced = match prepared.trace(plan.as_ref(), &mut outputs, &follower) {
+        Err(sonel::Error::Write(error)) => return Err(anyhow!(error).context(failed(path))),
+        other => follower.result(other)?,
+    };
+    let output = outputs.last.expect("a trace writes a map");
     let mut report = traced.report();
     let (summary, is_reached) = (traced.summary(), traced.is_reached);
     // A map that is replaced must not be open meanwhile.
@@ -73,22 +78,22 @@ fn opened(path: &Path) -> anyhow::Result<Map> {
     Map::from_file(&file, label).map_err(spelled)
 }
 
-/// Traces beside `path`, which is none of the files `inputs`. A map that is extended may be replaced by the longer one.
-fn trace(
-    prepared: PreparedTrace<'_>,
-    plan: Option<&Plan>,
-    path: &Path,
-    inputs: &[PathBuf],
-    follower: &Follower<'_>,
-) -> anyhow::Result<(Traced, Output)> {
-    let create = || Output::create(path, Kind::MAP, inputs);
-    let mut outputs = MapOutputs::new(&create);
-    let traced = match prepared.trace(plan, &mut outputs, follower) {
-        Err(sonel::Error::Write(error)) => {
-            let failed = format!("cannot write {}; an older file there is untouched", path.display());
-            return Err(anyhow!(error).context(failed));
-        }
-        other => follower.result(other)?,
-    };
-    Ok((traced, outputs.last()))
+/// Keeps maps beside their final place; the last one is published.
+struct MapOutputs<'a> {
+    create: &'a dyn Fn() -> anyhow::Result<Output>,
+    last: Option<Output>,
+}
+
+impl MapStore for MapOutputs<'_> {
+    type Writer = Output;
+
+    fn begin(&mut self) -> std::io::Result<Output> {
+        (self.create)().map_err(|error| std::io::Error::other(format!("{error:#}")))
+    }
+
+    fn open(&mut self, mut written: Output) -> Result<SonelMap, MapError> {
+        let map = SonelMap::open(written.file()?)?;
+        self.last = Some(written);
+        Ok(map)
+    }
 }

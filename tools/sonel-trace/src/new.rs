@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
+use sonel_console::count::numbers;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::Progress;
 use sonel_console::{Outcome, input};
@@ -46,9 +47,7 @@ pub struct New {
 
 /// Reads three lengths [m]; the scene file says which are possible.
 fn parse_lengths(text: &str) -> Result<[f64; 3], String> {
-    let lengths: Result<Vec<f64>, _> = text.split(',').map(|length| length.trim().parse()).collect();
-    let lengths: Option<[f64; 3]> = lengths.ok().and_then(|lengths| lengths.try_into().ok());
-    lengths.ok_or_else(|| "give three lengths in metres, such as 9,7,3".to_owned())
+    numbers(text, ',').ok_or_else(|| "give three lengths in metres, such as 9,7,3".to_owned())
 }
 
 /// Writes the scene file.
@@ -56,7 +55,7 @@ fn parse_lengths(text: &str) -> Result<[f64; 3], String> {
 /// # Errors
 /// When the mesh cannot be read, its unit is not clear, it has no free place for a source, or the output cannot be written.
 pub fn run(new: &New, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let output = Output::create(&new.output, Kind::SCENE, new.mesh.as_slice())?;
+    let output = Output::create(&new.output, Kind::SCENE, &[])?;
     let options = DraftOptions {
         purpose: new.purpose.as_deref().and_then(|purpose| purpose.parse().ok()),
         unit: new.unit.as_deref(),

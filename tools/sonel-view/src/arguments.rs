@@ -9,8 +9,6 @@ use sonel_console::parse_threads;
 use sonel_console::uncertainty::UncertaintyArguments;
 use sonel_study::criteria::Criterion;
 
-use crate::page::Head;
-
 /// What stands above a frozen page, what the room shall meet, and how uncertain its materials are.
 #[derive(Debug, Clone, Default, Args)]
 pub struct HeadArguments {
@@ -33,13 +31,6 @@ pub struct HeadArguments {
     /// Uncertainty of materials.
     #[command(flatten)]
     pub uncertainty: UncertaintyArguments,
-}
-
-impl HeadArguments {
-    pub(crate) fn head(&self) -> Head {
-        let Self { project, author, date, revision, targets, .. } = self.clone();
-        Head { project, author, date, revision, targets }
-    }
 }
 
 /// Shows a room in the browser: move the listener and the sources, change materials, see and hear the result.

@@ -16,6 +16,7 @@ use sonel_console::{Log, Outcome, use_threads};
 
 pub use arguments::{Arguments, HeadArguments};
 use files::Files;
+pub use page::single::Single;
 
 /// Runs the program: the address to `out`, everything else to `log`.
 ///
@@ -54,7 +55,7 @@ pub fn freeze(
     if !has_ending(output, "html") {
         bail!("{} does not end in .html: the page is an HTML file", output.display());
     }
-    let target = Output::create(output, Kind::PAGE, files)?;
+    let target = Output::create(output, Kind::PAGE, &[])?;
     let follower = Follower::new(quiet, log);
     let (mut subjects, map) = Files::open(files)?.rendered(packets, heard, &follower)?;
     let uncertainty = &head.uncertainty;
@@ -76,7 +77,7 @@ pub fn freeze(
     let walls = map.as_ref().map(|map| follower.result(map.walls())).transpose()?;
     let traced =
         map.as_ref().zip(walls.as_deref()).map(|(map, walls)| page::Traced { map: map.sonels(), walls });
-    let text = page::of_responses(&subjects, traced, &head.head(), None);
+    let text = page::of_responses(&subjects, traced, head, None);
     target.write(|out| out.write_all(text.as_bytes()))?;
     follower.line(&format!("{:.1} MB; written to {}", text.len() as f64 / 1e6, output.display()))?;
     Ok(Outcome::Done)

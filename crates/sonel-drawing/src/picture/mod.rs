@@ -8,7 +8,6 @@ mod exr;
 mod png;
 
 use serde_json::Value;
-use thiserror::Error;
 
 pub use exr::exr;
 pub use png::{DecibelScale, Drawing, png};
@@ -51,17 +50,6 @@ impl Picture {
         let pixels = self.is_covered.len();
         self.windows.iter().map(|window| (0..pixels).map(|pixel| of_pixel(window, pixel)).collect()).collect()
     }
-}
-
-/// Why a picture could not be written.
-#[derive(Debug, Error)]
-pub enum PictureError {
-    /// The encoder of OpenEXR failed.
-    #[error("cannot encode the OpenEXR file: {0}")]
-    Exr(String),
-    /// The encoder of PNG failed.
-    #[error("cannot encode the PNG file: {0}")]
-    Png(String),
 }
 
 #[cfg(test)]

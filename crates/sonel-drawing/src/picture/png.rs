@@ -10,11 +10,10 @@ use std::io::Write;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use sonel_acoustics::energy_to_level_db;
 
-use super::PictureError;
 use super::canvas::{Canvas, LETTER, LINE};
 use crate::pixels;
-use crate::plot::Axis;
 use crate::plot::axis::Ruler;
+use crate::plot::{Axis, PlotError};
 
 /// Dynamic range where none is asked for [dB].
 const USUAL_RANGE_DB: f64 = 40.0;
@@ -89,9 +88,9 @@ fn viridis(share: f64) -> [u8; 3] {
 ///
 /// # Errors
 /// When `out` cannot be written.
-pub fn png(drawing: &Drawing<'_>, out: &mut dyn Write) -> Result<(), PictureError> {
+pub fn png(drawing: &Drawing<'_>, out: &mut dyn Write) -> Result<(), PlotError> {
     let canvas = draw(drawing);
-    pixels::write(canvas.size(), canvas.bytes(), out).map_err(|error| PictureError::Png(error.to_string()))
+    Ok(pixels::write(canvas.size(), canvas.bytes(), out)?)
 }
 
 /// Height of a caption [pixels].

@@ -24,7 +24,7 @@ use crate::pixels::{self, SOFTWARE};
 use panel::Row;
 use plan::PlanRow;
 
-/// Why there is no drawing.
+/// Why there is no drawing or picture.
 #[derive(Debug, Error)]
 pub enum PlotError {
     /// The drawing library failed.
@@ -36,6 +36,9 @@ pub enum PlotError {
     /// The encoder of PNG failed.
     #[error("cannot encode the PNG file: {0}")]
     Png(#[from] png::EncodingError),
+    /// The encoder of OpenEXR failed.
+    #[error("cannot encode the OpenEXR file: {0}")]
+    Exr(String),
 }
 
 type Area<B> = DrawingArea<B, Shift>;
