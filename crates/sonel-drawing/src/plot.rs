@@ -9,7 +9,7 @@
 //! compared bit by bit, and the library that draws them rounds to hundredths of the page.
 
 pub(crate) mod axis;
-mod drawing;
+pub(crate) mod drawing;
 mod early;
 mod parameters;
 mod plan;

@@ -3,7 +3,6 @@
 //! A value is the energy that arrived per area in a window of time, per unit energy that the source emits in the band [1/m²].
 //! docs/formats/image.md describes both files.
 
-mod canvas;
 mod exr;
 mod png;
 
