@@ -70,6 +70,8 @@ mod variants;
 #[doc(hidden)]
 pub mod version;
 
+#[doc(hidden)]
+pub use coefficients::rendered_with;
 pub use coefficients::{Coefficients, MaterialKey};
 pub use error::{Error, Result, with_options_spelled};
 pub use map::Map;

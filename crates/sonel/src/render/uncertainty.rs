@@ -234,19 +234,7 @@ impl Map {
                 source.name
             )));
         }
-        let mut materials = scene.materials.clone();
-        for material in &mut materials {
-            let stated = &changed["materials"][&material.name];
-            let Material { absorption, scattering, transmission, .. } = material;
-            for (key, values) in
-                [("absorption", absorption), ("scattering", scattering), ("transmission", transmission)]
-            {
-                let listed = stated[key].as_array().into_iter().flatten().filter_map(Value::as_f64);
-                for (value, stated) in values.iter_mut().zip(listed) {
-                    *value = stated;
-                }
-            }
-        }
+        let materials = coefficients::rendered_with(&scene.materials, &changed["materials"], 0.0);
         self.design(materials, scene.sources.clone())
     }
 }
