@@ -1,7 +1,7 @@
 //! Maps: traced into a temporary file, or opened from one.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
@@ -63,13 +63,6 @@ pub fn trace(
     })
 }
 
-impl Map {
-    fn copy_to(&self, path: &Path) -> anyhow::Result<()> {
-        let output = Output::create(path, Kind::MAP, self.path.as_slice())?;
-        output.write(|out| out.write_all(self.map.sonels().bytes()))
-    }
-}
-
 #[pymethods]
 impl Map {
     /// Parameters of a `response` of this map with the interval of its `uncertain` materials.
@@ -96,7 +89,11 @@ impl Map {
 
     /// Writes the map.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| self.copy_to(&path)).map_err(error)
+        let write = || {
+            let output = Output::create(&path, Kind::MAP, self.path.as_slice())?;
+            output.write(|out| out.write_all(self.map.sonels().bytes()))
+        };
+        py.detach(write).map_err(error)
     }
 
     /// Renders at `receivers` with keywords that are the fields of `sonel::RenderOptions`.
