@@ -21,6 +21,12 @@ pub fn range([low, high]: [f64; 2]) -> String {
     }
 }
 
+/// Numbers with commas between.
+#[must_use]
+pub fn list(numbers: &[f64]) -> String {
+    numbers.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}
+
 /// A number of things: `1 receiver`, `2 receivers`.
 #[must_use]
 pub fn counted(number: usize, thing: &str) -> String {

@@ -10,6 +10,7 @@ use sonel_acoustics::energy_from_level_db;
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::progress::Progress;
+use sonel_console::quantity;
 use sonel_drawing::picture::{self, DecibelScale, Drawing, Picture, WindowPicture};
 use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, hexadecimal};
@@ -213,8 +214,8 @@ fn weights(band: &str, scene: &Scene, source: usize) -> Result<(Vec<f64>, String
     let is_wanted =
         |frequency: &f64| wanted.is_some_and(|wanted| (wanted - frequency).abs() < 1e-6 * frequency);
     if !frequencies.iter().any(is_wanted) {
-        let names: Vec<String> = frequencies.iter().map(ToString::to_string).collect();
-        return Err(format!("the map has no band \"{band}\"; choose sum or one of {} Hz", names.join(", ")));
+        let known = quantity::list(frequencies);
+        return Err(format!("the map has no band \"{band}\"; choose sum or one of {known} Hz"));
     }
     let weights = frequencies.iter().map(|frequency| f64::from(u8::from(is_wanted(frequency)))).collect();
     Ok((weights, format!("{band} Hz")))

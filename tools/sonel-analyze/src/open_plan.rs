@@ -12,6 +12,7 @@ use sonel_analysis::modulation::Talk;
 use sonel_analysis::open_plan::{Line, SPEECH_POWER_LEVEL_DB, line};
 use sonel_analysis::report;
 use sonel_console::Outcome;
+use sonel_console::artifact::stem;
 use sonel_console::table::aligned;
 use sonel_drawing::plot::{Axis, Mark, Panel, Point, Series, Sheet};
 use sonel_echogram::Response;
@@ -36,7 +37,7 @@ pub fn run(arguments: &OpenPlan, out: &mut dyn Write, log: &mut dyn Write) -> an
     for path in &arguments.responses {
         let mut office = Office::read(path, arguments, log)?;
         if offices.iter().any(|other| other.name == office.name) {
-            office.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            office.name = stem(path);
         }
         offices.push(office);
     }
@@ -103,9 +104,8 @@ impl Office {
         }
         let metadata = &response.metadata;
         let name = metadata["variant"].as_str().or_else(|| metadata["scene"].as_str());
-        let stem = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self {
-            name: name.map_or_else(stem, str::to_owned),
+            name: name.map_or_else(|| stem(path), str::to_owned),
             source: response.source_names[source].clone(),
             line,
         })

@@ -4,7 +4,7 @@ use std::io::Write;
 
 use anyhow::{Context, bail};
 use sonel::TemporaryMaps;
-use sonel::names::place;
+use sonel::names::{band, place};
 use sonel_analysis::ParameterValue;
 use sonel_console::follower::Follower;
 use sonel_console::output::{Kind, Output, folder_of};
@@ -35,7 +35,9 @@ pub fn run(
     let label = arguments.map.display().to_string();
     let scene = map.header().scene.clone();
     refuse_angular(&scene.materials)?;
-    check_bands(&arguments.goals, &scene)?;
+    for wanted in arguments.goals.iter().flat_map(|goal| &goal.centers_hz) {
+        band(scene.bands.nominal(), *wanted, "the map has no band").map_err(anyhow::Error::msg)?;
+    }
     let candidates = candidates(arguments, &scene)?;
     let receivers =
         if arguments.receivers.is_empty() { receivers_of(&scene) } else { arguments.receivers.clone() };
@@ -65,17 +67,6 @@ pub fn run(
     write_materials(output, &found.materials, &scene.materials, (&head, "chosen by sonel-analyze optimise"))?;
     writeln!(log, "written to {}", arguments.output.display())?;
     Ok(if found.is_fulfilled { Outcome::Done } else { Outcome::Missed })
-}
-
-fn check_bands(goals: &[Goal], scene: &Scene) -> anyhow::Result<()> {
-    let nominal = scene.bands.nominal();
-    for wanted in goals.iter().flat_map(|goal| &goal.centers_hz) {
-        if !nominal.iter().any(|center| (wanted / center - 1.0).abs() < 1e-3) {
-            let known: Vec<String> = nominal.iter().map(ToString::to_string).collect();
-            bail!("the map has no band of {wanted} Hz; it has {} Hz", known.join(", "));
-        }
-    }
-    Ok(())
 }
 
 /// The changes in terms of the scene; every problem is said at once.

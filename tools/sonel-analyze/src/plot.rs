@@ -6,12 +6,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use sonel::names::place;
+use sonel::names::{band, place};
 use sonel_analysis::ReceiverParameters;
 use sonel_analysis::modulation::Talk;
 use sonel_analysis::receiver::parameters_of;
 use sonel_console::Outcome;
-use sonel_console::artifact::Artifact;
+use sonel_console::artifact::{Artifact, stem};
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::quantity::counted;
 use sonel_drawing::plot::{self, Panel, PlotError, Sheet};
@@ -138,8 +138,7 @@ impl Subject {
         let named = |name: &'_ Option<String>| name.clone().filter(|_| !response.is_measured());
         let source = find("source", &response.source_names, named(&arguments.source).as_ref())?;
         let receiver = find("receiver", &response.receiver_names, named(&arguments.receiver).as_ref())?;
-        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { path: path.to_owned(), name, response, talk, source, receiver })
+        Ok(Self { path: path.to_owned(), name: stem(path), response, talk, source, receiver })
     }
 
     fn panel(&self, of: impl Fn(&Response, usize, usize) -> Panel) -> Panel {
@@ -166,11 +165,8 @@ impl Subject {
 
     /// The band with this nominal centre [Hz].
     fn band(&self, wanted: f64) -> anyhow::Result<usize> {
-        let centers = &self.response.center_frequency_hz;
-        centers.iter().position(|center| center.total_cmp(&wanted).is_eq()).with_context(|| {
-            let known: Vec<String> = centers.iter().map(ToString::to_string).collect();
-            format!("{} has no band of {wanted} Hz; it has {}", self.path.display(), known.join(", "))
-        })
+        let none = format!("{} has no band", self.path.display());
+        band(&self.response.center_frequency_hz, wanted, &none).map_err(anyhow::Error::msg)
     }
 
     fn parameters(&self) -> (String, ReceiverParameters) {

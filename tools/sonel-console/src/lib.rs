@@ -224,6 +224,17 @@ fn log_stream(quiet: bool) -> Box<Log<'static>> {
 /// Most threads of a program: far more than cores only cost memory and switches.
 const MOST_THREADS: usize = 1024;
 
+/// Options that every program has.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Common {
+    /// Print only errors on stderr.
+    #[arg(long)]
+    pub quiet: bool,
+    /// Threads; by default all cores. The result does not depend on it.
+    #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
+    pub threads: Option<usize>,
+}
+
 /// Parses a number of threads.
 ///
 /// # Errors

@@ -29,8 +29,8 @@ pub use sound::{SoundArguments, SoundFiles};
 /// # Errors
 /// When the map is damaged, a receiver impossible, or the output cannot be written.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
-    let follower = Follower::new(arguments.quiet, log);
-    use_threads(arguments.threads)?;
+    let follower = Follower::new(arguments.common.quiet, log);
+    use_threads(arguments.common.threads)?;
     let map = follower.result(Map::open(&arguments.map))?;
     let mut given = arguments.receivers.clone();
     if let Some(path) = &arguments.receivers_file {

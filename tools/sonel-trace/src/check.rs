@@ -11,11 +11,9 @@ use sonel_console::follower::Follower;
 use sonel_console::output::{Kind, Output};
 use sonel_console::quantity::counted;
 use sonel_console::table::aligned;
-use sonel_console::{Log, Outcome};
+use sonel_console::{Common, Log, Outcome};
 use sonel_scene::checkup::{Checkup, Covering, Room, Times};
 use sonel_scene::folded;
-
-use crate::arguments::Common;
 
 /// Check a scene before tracing; exit code 1 if there are errors, warnings or faults
 ///

@@ -9,13 +9,13 @@ mod program;
 use std::io::Write;
 use std::path::Path;
 
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use serde_json::{Value, json};
 use sonel::plan as tables;
 use sonel::{Map, MapStore, Scene};
 use sonel_console::follower::Follower;
 use sonel_console::output::{self, Kind, Output, failed};
-use sonel_console::{Log, Outcome, input, spelled, use_threads};
+use sonel_console::{Log, Outcome, spelled, use_threads};
 use sonel_map::{MapError, SonelMap};
 
 pub use arguments::Arguments;
@@ -35,9 +35,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     // Whatever is wrong with the output shall be said before the work is done.
     let create = |path: &Path| Output::create(path, Kind::MAP, scene.files());
     arguments.output.iter().try_for_each(|path| create(path).map(drop))?;
-    let [extended, decision] =
-        [&arguments.extend, &arguments.decision].map(|path| path.as_deref().map(opened));
-    let (extended, decision) = (extended.transpose()?, decision.transpose()?);
+    let [extended, decision] = [&arguments.extend, &arguments.decision]
+        .map(|path| path.as_ref().map(Map::open).transpose().map_err(spelled));
+    let (extended, decision) = (extended?, decision?);
     (options.extend, options.decision) = (extended.as_ref(), decision.as_ref());
     let prepared = follower.result(scene.prepare(&options, &follower))?;
     let plan = arguments.plan.then(|| follower.result(prepared.plan(&follower))).transpose()?;
@@ -70,12 +70,6 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         writeln!(out, "{report}")?;
     }
     Ok(if is_reached == Some(false) { Outcome::Missed } else { Outcome::Done })
-}
-
-fn opened(path: &Path) -> anyhow::Result<Map> {
-    let label = path.display().to_string();
-    let file = input::open(path).with_context(|| format!("cannot open {label}"))?;
-    Map::from_file(&file, label).map_err(spelled)
 }
 
 /// Keeps maps beside their final place; the last one is published.

@@ -6,10 +6,8 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use sonel_console::table::aligned;
-use sonel_console::{Outcome, input};
+use sonel_console::{Common, Outcome, input};
 use sonel_scene::library::{LibraryEntry, Octaves, read_file, shipped};
-
-use crate::arguments::Common;
 
 /// Octaves that are printed [Hz].
 const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];

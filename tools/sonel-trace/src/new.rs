@@ -9,10 +9,8 @@ use clap::builder::PossibleValuesParser;
 use sonel_console::count::numbers;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::Progress;
-use sonel_console::{Outcome, input};
+use sonel_console::{Common, Outcome, input};
 use sonel_scene::{Draft, DraftOptions, Purpose, SceneErrors, shell_word};
-
-use crate::arguments::Common;
 
 /// Write a commented scene file for a mesh or a rectangular room: materials to choose from, a source, receivers
 ///

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser};
+use sonel_console::Common;
 use sonel_console::count::parse_count;
 use sonel_console::heard::HeardArguments;
-use sonel_console::parse_threads;
 use sonel_console::uncertainty::UncertaintyArguments;
 use sonel_study::criteria::Criterion;
 
@@ -74,10 +74,7 @@ pub struct Arguments {
     /// Print the address and open no browser.
     #[arg(long, conflicts_with = "output")]
     pub no_open: bool,
-    /// Print only errors on stderr.
-    #[arg(long)]
-    pub quiet: bool,
-    /// Threads; by default all cores. The result does not depend on it.
-    #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
-    pub threads: Option<usize>,
+    /// Options of every program.
+    #[command(flatten)]
+    pub common: Common,
 }

@@ -16,6 +16,7 @@ use sonel_console::{Log, Outcome, use_threads};
 
 pub use arguments::{Arguments, HeadArguments};
 use files::Files;
+pub use page::Subject;
 pub use page::single::Single;
 
 /// Runs the program: the address to `out`, everything else to `log`.
@@ -23,7 +24,7 @@ pub use page::single::Single;
 /// # Errors
 /// When a file is unusable, or the output or the address cannot be had.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
-    use_threads(arguments.threads)?;
+    use_threads(arguments.common.threads)?;
     if let Some(output) = &arguments.output {
         return freeze(
             &arguments.files,
@@ -31,7 +32,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
             &arguments.heard,
             &arguments.head,
             arguments.packets,
-            arguments.quiet,
+            arguments.common.quiet,
             log,
         );
     }

@@ -4,7 +4,7 @@ use std::io::Write;
 
 use anyhow::{Context, bail};
 use glam::DVec3;
-use sonel::names::place;
+use sonel::names::{band, place};
 use sonel_analysis::Parameter;
 use sonel_analysis::measured::{MeasuredRow, read as read_rows};
 use sonel_console::input;
@@ -112,12 +112,7 @@ impl Measured {
             }
             Some(name) => place(sources, name, "the map has no source")?,
         };
-        let nominal = scene.bands.nominal();
-        let is_band = |center: &f64| (center / row.center_frequency_hz - 1.0).abs() < 1e-3;
-        let band = nominal.iter().position(is_band).ok_or_else(|| {
-            let centers: Vec<String> = nominal.iter().map(ToString::to_string).collect();
-            format!("the map has no band of {} Hz; it has {} Hz", row.center_frequency_hz, centers.join(", "))
-        })?;
+        let band = band(scene.bands.nominal(), row.center_frequency_hz, "the map has no band")?;
         Ok((source, self.receiver(row)?, band))
     }
 

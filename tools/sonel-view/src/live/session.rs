@@ -120,11 +120,6 @@ impl Session {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether there is a scene and no map yet.
-    pub fn is_to_be_traced(&self) -> bool {
-        self.scene.is_some()
-    }
-
     /// The scene file as it was changed.
     pub fn text(&self) -> String {
         self.locked().text.clone()

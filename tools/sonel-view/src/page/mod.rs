@@ -55,9 +55,10 @@ pub struct Subject {
     /// What the page calls it.
     pub name: String,
     response: sonel::Response,
-    parameters: Vec<ReceiverParameters>,
+    /// Of every source at every receiver.
+    pub parameters: Vec<ReceiverParameters>,
     /// What is known of the uncertainty of its materials.
-    materials: Option<MaterialVariants>,
+    pub materials: Option<MaterialVariants>,
 }
 
 impl Subject {

@@ -54,10 +54,7 @@ pub fn tables(page: &mut Document, subjects: &[Subject]) {
 /// Bands, single numbers and just-noticeable differences of one receiver.
 fn over_bands(receiver: &ReceiverParameters) -> (Vec<String>, Vec<Vec<String>>) {
     let parameters = receiver.listed();
-    let headings = parameters.iter().map(|parameter| {
-        let (symbol, unit, _) = parameter.heading();
-        format!("{symbol} [{unit}]")
-    });
+    let headings = parameters.iter().map(|parameter| Single::Of(*parameter).label());
     let head = std::iter::once("f [Hz]".to_owned()).chain(headings).collect();
     let row = |name: String, of: &dyn Fn(Parameter) -> ParameterValue| -> Vec<String> {
         let cells = parameters.iter().map(|&parameter| cell(&of(parameter), parameter.heading().2));
