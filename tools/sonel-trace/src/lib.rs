@@ -7,7 +7,7 @@ mod new;
 mod program;
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use serde_json::{Value, json};
@@ -33,7 +33,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     arguments.output.iter().try_for_each(|path| output::check_place(path))?;
     let scene = follower.result(Scene::load(&arguments.scene, &follower))?;
     // Whatever is wrong with the output shall be said before the work is done.
-    let create = |path: &Path| Output::create(path, Kind::MAP, scene.files());
+    let inputs: Vec<PathBuf> = scene.files().iter().chain(&arguments.decision).cloned().collect();
+    let create = |path: &Path| Output::create(path, Kind::MAP, &inputs);
     arguments.output.iter().try_for_each(|path| create(path).map(drop))?;
     let [extended, decision] = [&arguments.extend, &arguments.decision]
         .map(|path| path.as_ref().map(Map::open).transpose().map_err(spelled));
