@@ -3,7 +3,7 @@
 use glam::{DVec3, dvec3};
 use sonel_acoustics::{Air, BandWidth, Bands, Material, Pattern};
 use sonel_analysis::{Parameter, ParameterValue};
-use sonel_console::clock::CpuClock;
+use sonel_console::Stopwatch;
 use sonel_geometry::Mesh;
 use sonel_map::{Mode, Settings};
 use sonel_renderer::RenderSettings;
@@ -70,10 +70,11 @@ pub fn run(scene: &Scene, spec: &str, emissions: u64) -> Run {
     let decisions = decide(&spec, Mode::Accurate, &mut scene, &geometry);
     let room = Room::within(&scene, geometry, states(&decisions, Mode::Accurate));
     let settings = Settings { emissions, seed: 7, ..Settings::default() };
-    let traced = room.trace(settings, &mut InMemory, &CpuClock).expect("a run");
+    let clock = Stopwatch::start();
+    let traced = room.trace(settings, &mut InMemory, &clock).expect("a run");
     let render = RenderSettings { rays: Some(4096), edges: spec.diffracts(), ..RenderSettings::default() };
-    let rendered = render_and_read(&traced.map, room.geometry(), &receivers_of(&scene), &render, &CpuClock)
-        .expect("a run");
+    let rendered =
+        render_and_read(&traced.map, room.geometry(), &receivers_of(&scene), &render, &clock).expect("a run");
     Run { seconds: traced.seconds.total() + rendered.seconds.total(), rendered, decisions }
 }
 

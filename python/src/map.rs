@@ -1,7 +1,7 @@
 //! Maps: traced into a temporary file, or opened from one.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
@@ -9,11 +9,11 @@ use pyo3::types::PyDict;
 use sonel::{Air, Audience, Estimator, Mode, Observer, RenderOptions, Severity, Spectral, TraceOptions};
 use sonel_console::output::{Kind, Output};
 
-use crate::convert::{Keywords, Receiver, object, receiver, uncertainties};
+use crate::convert::{Keywords, Receiver, object, receiver, refused, uncertainties};
 use crate::error;
 use crate::response::Response;
 use crate::scene::Scene;
-use crate::work::{Followers, work};
+use crate::work::work;
 
 /// A sonel map in a file, which need not fit into memory.
 #[pyclass(frozen, module = "sonel._sonel")]
@@ -53,7 +53,7 @@ pub fn trace(
     };
     let scene = Arc::clone(&scene.get().scene);
     let extended = k.class::<Map>("extend")?.map(|map| Arc::clone(&map.get().map));
-    work(py, &Followers { progress, log: Some(log) }, k.whole("threads")?, move |observer: &dyn Observer| {
+    work(py, Some(log), progress, k.whole("threads")?, move |observer: &dyn Observer| {
         let options = TraceOptions { extend: extended.as_deref(), ..options };
         let traced = scene.trace(&options, observer)?;
         // Whoever was interrupted does not want it any more.
@@ -61,13 +61,6 @@ pub fn trace(
         let report = Some(traced.report());
         Ok(Map { map: Arc::new(traced.map), path: None, report })
     })
-}
-
-impl Map {
-    fn copy_to(&self, path: &Path) -> anyhow::Result<()> {
-        let output = Output::create(path, Kind::MAP, self.path.as_slice())?;
-        output.write(|out| out.write_all(self.map.sonels().bytes()))
-    }
 }
 
 #[pymethods]
@@ -96,7 +89,11 @@ impl Map {
 
     /// Writes the map.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| self.copy_to(&path)).map_err(error)
+        let write = || {
+            let output = Output::create(&path, Kind::MAP, self.path.as_slice())?;
+            output.write(|out| out.write_all(self.map.sonels().bytes()))
+        };
+        py.detach(write).map_err(error)
     }
 
     /// Renders at `receivers` with keywords that are the fields of `sonel::RenderOptions`.
@@ -113,19 +110,14 @@ impl Map {
         let options = render_options(&k)?;
         let receivers = receivers.into_iter().map(receiver).collect::<PyResult<Vec<_>>>()?;
         let map = Arc::clone(&self.map);
-        work(
-            py,
-            &Followers { progress, log: Some(log) },
-            k.whole("threads")?,
-            move |observer: &dyn Observer| {
-                let rendered = map.render(&receivers, &options, observer)?;
-                for warning in &rendered.warnings {
-                    let _ = observer.message(Severity::Warning, warning);
-                }
-                let report = rendered.report(rendered.seconds());
-                Ok(Response::of(rendered.response, Some(report)))
-            },
-        )
+        work(py, Some(log), progress, k.whole("threads")?, move |observer: &dyn Observer| {
+            let rendered = map.render(&receivers, &options, observer)?;
+            for warning in &rendered.warnings {
+                let _ = observer.message(Severity::Warning, warning);
+            }
+            let report = rendered.report(rendered.seconds());
+            Ok(Response::of(rendered.response, Some(report)))
+        })
     }
 
     /// The file that it was loaded from.
@@ -170,7 +162,7 @@ fn audience(k: &Keywords<'_>) -> PyResult<Option<Audience>> {
     let (spacing, height) = (k.number("spacing")?, k.number("height")?);
     let Some(materials) = k.texts("audience")? else {
         return match spacing.or(height) {
-            Some(_) => Err(crate::convert::refused("`spacing` and `height` are of `audience`: give it, too")),
+            Some(_) => Err(refused("`spacing` and `height` are of `audience`: give it, too")),
             None => Ok(None),
         };
     };
@@ -188,7 +180,7 @@ fn render_options(k: &Keywords<'_>) -> PyResult<RenderOptions> {
     let air = match k.flag("air", true)? {
         true => Air::State { temperature, humidity },
         false if temperature.is_some() || humidity.is_some() => {
-            return Err(crate::convert::refused(
+            return Err(refused(
                 "`air` is False, so that `temperature` and `humidity` have no effect: leave them out",
             ));
         }
@@ -201,7 +193,7 @@ fn render_options(k: &Keywords<'_>) -> PyResult<RenderOptions> {
         estimator: k.choice("estimator", &estimators, Estimator::name)?.unwrap_or(default.estimator),
         diffraction: effects
             .map_or(Ok(true), |text| sonel_console::choices::diffraction(&text))
-            .map_err(|wrong| crate::convert::refused(format!("`effects`: {wrong}")))?,
+            .map_err(|wrong| refused(format!("`effects`: {wrong}")))?,
         order: k.whole("order")?,
         batches: k.whole("batches")?,
         radius: k.number("radius")?,

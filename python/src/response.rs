@@ -24,7 +24,7 @@ use sonel_echogram::{LATERAL_KEYS, ReceiverDirectivity, Response as Echograms};
 
 use crate::convert::{Receiver, object, octaves, receiver, refused};
 use crate::error;
-use crate::work::{Followers, silent_work, work};
+use crate::work::{silent_work, work};
 
 /// Echograms of every source at every receiver.
 #[pyclass(frozen, module = "sonel._sonel")]
@@ -216,7 +216,7 @@ impl Response {
         }
         let talk = noise.map(|noise_level_db| Talk { power_level_db: speech, noise_level_db });
         let response = Arc::clone(&self.response);
-        let json = work(py, &Followers { progress: None, log: Some(log) }, None, move |observer| {
+        let json = work(py, Some(log), None, None, move |observer| {
             let echograms = response.echograms();
             let mut rows = parameters_of(echograms, talk.as_ref());
             if let Some((map, uncertain)) = materials {
@@ -234,8 +234,7 @@ impl Response {
     /// The response in a file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        py.detach(|| Ok(Self::of(sonel::Response::open(path)?, None)))
-            .map_err(|wrong: sonel::Error| error(wrong))
+        Ok(Self::of(py.detach(|| sonel::Response::open(path)).map_err(error)?, None))
     }
 
     /// The bytes of its file.
@@ -248,8 +247,7 @@ impl Response {
     /// The response in the bytes of its file.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: Vec<u8>) -> PyResult<Self> {
-        py.detach(|| Ok(Self::of(sonel::Response::read(&bytes)?, None)))
-            .map_err(|wrong: sonel::Error| error(wrong))
+        Ok(Self::of(py.detach(|| sonel::Response::read(&bytes)).map_err(error)?, None))
     }
 
     /// Writes the response.

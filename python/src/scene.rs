@@ -10,7 +10,7 @@ use sonel::{Document, Observer, PolygonMesh};
 
 use crate::convert::{object, refused, value};
 use crate::error;
-use crate::work::{Followers, silent_work, work};
+use crate::work::{silent_work, work};
 
 /// A scene that was read and is valid.
 #[pyclass(frozen, module = "sonel._sonel")]
@@ -44,7 +44,7 @@ impl Scene {
     /// The scene in a file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, log: Bound<'_, PyAny>) -> PyResult<Self> {
-        work(py, &Followers { progress: None, log: Some(log) }, None, move |observer: &dyn Observer| {
+        work(py, Some(log), None, None, move |observer: &dyn Observer| {
             Ok(Self { scene: Arc::new(sonel::Scene::load(&path, observer)?) })
         })
     }
@@ -60,7 +60,7 @@ impl Scene {
     ) -> PyResult<Self> {
         let entries = keys.iter().map(|(key, given)| Ok((key.str()?.to_string(), value(&given)?)));
         let document = Document::new(entries.collect::<PyResult<Vec<_>>>()?, polygons.map(mesh).transpose()?);
-        work(py, &Followers { progress: None, log: Some(log) }, None, move |observer: &dyn Observer| {
+        work(py, Some(log), None, None, move |observer: &dyn Observer| {
             Ok(Self { scene: Arc::new(sonel::Scene::from_document(document, observer)?) })
         })
     }

@@ -21,15 +21,6 @@ use crate::error;
 /// How long nobody looks for an interruption.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// Who in Python hears of the work.
-#[derive(Default)]
-pub struct Followers<'py> {
-    /// Called with what is being done and its share that is done.
-    pub progress: Option<Bound<'py, PyAny>>,
-    /// Called with the level of `logging` and the text of what is said.
-    pub log: Option<Bound<'py, PyAny>>,
-}
-
 /// What the thread that works says.
 enum WorkMessage<T> {
     Progress(String, f64),
@@ -37,13 +28,15 @@ enum WorkMessage<T> {
     Done(sonel::Result<T>),
 }
 
-/// Runs `job` with so many `threads`, all cores where none are given.
+/// Runs `job` with so many `threads`, all cores where none are given. `progress` is called with what is being done and its share that is done,
+/// `log` with the level of `logging` and the text of what is said.
 ///
 /// # Errors
 /// The error of the job as [`crate::Error`]; what a follower raised; `KeyboardInterrupt`.
 pub fn work<T: Send + 'static>(
     py: Python<'_>,
-    followers: &Followers<'_>,
+    log: Option<Bound<'_, PyAny>>,
+    progress: Option<Bound<'_, PyAny>>,
     threads: Option<usize>,
     job: impl FnOnce(&dyn Observer) -> sonel::Result<T> + Send + 'static,
 ) -> PyResult<T> {
@@ -68,12 +61,12 @@ pub fn work<T: Send + 'static>(
         });
         match heard {
             Ok(WorkMessage::Progress(what, share)) => {
-                if let Some(progress) = &followers.progress {
+                if let Some(progress) = &progress {
                     progress.call1((what, share))?;
                 }
             }
             Ok(WorkMessage::Said(severity, text)) => {
-                if let Some(log) = &followers.log {
+                if let Some(log) = &log {
                     log.call1((level(severity), text))?;
                 }
             }
@@ -96,7 +89,7 @@ pub fn silent_work<T: Send + 'static>(
     py: Python<'_>,
     job: impl FnOnce(&dyn Observer) -> sonel::Result<T> + Send + 'static,
 ) -> PyResult<T> {
-    work(py, &Followers::default(), None, job)
+    work(py, None, None, None, job)
 }
 
 /// Tells the work, when dropped, that nobody waits for it any more.

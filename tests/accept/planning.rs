@@ -2,7 +2,7 @@
 
 use glam::dvec3;
 use sonel_acoustics::{Bands, Material};
-use sonel_console::clock::CpuClock;
+use sonel_console::Stopwatch;
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
@@ -135,13 +135,12 @@ fn compare(name: &str, scene: &Scene) -> Record {
         parameters: &PLANNED,
         seconds: None,
     };
-    let before = CpuClock.process();
-    let pilot = pilot::run(&config, &CpuClock).expect("a pilot");
-    let spent = CpuClock.process() - before;
-    let traced = room.trace(trace, &mut InMemory, &CpuClock).expect("a run");
+    let clock = Stopwatch::start();
+    let pilot = pilot::run(&config, &clock).expect("a pilot");
+    let spent = clock.process();
+    let traced = room.trace(trace, &mut InMemory, &clock).expect("a run");
     let render = RenderSettings::default();
-    let rendered =
-        render_and_read(&traced.map, room.geometry(), &receivers, &render, &CpuClock).expect("a run");
+    let rendered = render_and_read(&traced.map, room.geometry(), &receivers, &render, &clock).expect("a run");
     let mut record = Record::default();
     for (spread, found) in pilot.spreads.iter().zip(readings(&rendered.parameters, &PLANNED)) {
         let (Ok(predicted), Ok([low, high])) =

@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 use sonel_analysis::Parameter;
-use sonel_console::clock::CpuClock;
+use sonel_console::Stopwatch;
 use sonel_geometry::{Mesh, MeshTriangle};
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
@@ -97,9 +97,10 @@ fn case(name: &str, scene: &Scene, emissions: u64) {
     let seeds = SEEDS[usize::from(receivers.len() >= 100)];
     for seed in 1..=seeds {
         let trace = Settings { emissions, seed, ..Settings::default() };
-        let traced = room.trace(trace, &mut InMemory, &CpuClock).expect("a tight room");
+        let clock = Stopwatch::start();
+        let traced = room.trace(trace, &mut InMemory, &clock).expect("a tight room");
         let render = RenderSettings::default();
-        let rendered = render_and_read(&traced.map, room.geometry(), &receivers, &render, &CpuClock)
+        let rendered = render_and_read(&traced.map, room.geometry(), &receivers, &render, &clock)
             .expect("receivers within the room");
         seconds += (traced.seconds.total() + rendered.seconds.total()) / seeds as f64;
         let parameters = rendered.parameters;

@@ -122,7 +122,6 @@ fn everything_that_is_wrong_is_said() {
             &["line 2: the map has no receiver \"here\"", "line 3: the map has no band of 440 Hz"][..],
         ),
         (&fit("a.csv", "mine.toml"), &["exists and is not materials written by sonel-analyze"]),
-        (&fit("a.csv", "a.csv"), &["is an input of this command"]),
         (&optimise("t20=1s", "walls=0.1:0.5"), &["is not a goal"]),
         (&optimise("t20=1s±5%@440", "walls=0.1:0.5"), &["no band of 440 Hz"]),
         (&optimise("t20=1s±5%", "roof=0.1:0.5"), &["no material \"roof\"; it has walls, z0"]),

@@ -9,7 +9,7 @@
 //! compared bit by bit, and the library that draws them rounds to hundredths of the page.
 
 pub(crate) mod axis;
-mod drawing;
+pub(crate) mod drawing;
 mod early;
 mod parameters;
 mod plan;
@@ -21,7 +21,7 @@ pub use axis::{Axis, Scale};
 pub use drawing::{PlotError, png, svg};
 pub use early::{Arrival, arrivals, class_name, early, shown_ms};
 pub use parameters::{parameters, shown};
-pub use plan::{Place, Plan, Plans, Section, Spot};
+pub use plan::{Place, Plan, Plans, Spot};
 pub use response::{decay, echogram};
 
 /// A value and where the true one lies.

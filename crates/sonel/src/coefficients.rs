@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use serde_json::Value as Json;
+use sonel_acoustics::Material;
 use sonel_scene::Value;
 
 /// One number for all bands, or one for each, the lowest band first. Units and ranges are those of its [`MaterialKey`].
@@ -90,6 +92,24 @@ impl MaterialKey {
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|key| key.name() == name)
     }
+}
+
+/// The `materials` of a map as a response was rendered with them, whose metadata state those that were `changed`. Coefficients that differ by no more
+/// than `rounding` stay.
+#[must_use]
+pub fn rendered_with(materials: &[Material], changed: &Json, rounding: f64) -> Vec<Material> {
+    let mut each = materials.to_vec();
+    for Material { name, absorption, scattering, transmission, .. } in &mut each {
+        let lists = [("absorption", absorption), ("scattering", scattering), ("transmission", transmission)];
+        for (key, values) in lists {
+            let stated = changed[&*name][key].as_array().into_iter().flatten().filter_map(Json::as_f64);
+            let both = values.iter_mut().zip(stated);
+            for (value, stated) in both.filter(|(value, stated)| (**value - stated).abs() > rounding) {
+                *value = stated;
+            }
+        }
+    }
+    each
 }
 
 /// The numbers in a text: one, or several between commas, in brackets or not.

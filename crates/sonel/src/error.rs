@@ -25,13 +25,13 @@ pub enum Error {
     Refused(Vec<String>),
     /// Everything wrong with a scene.
     #[error(transparent)]
-    Scene(SceneErrors),
+    Scene(#[from] SceneErrors),
     /// The walls cannot be used.
     #[error(transparent)]
-    Geometry(GeometryError),
+    Geometry(#[from] GeometryError),
     /// A map is damaged or of another version.
     #[error(transparent)]
-    Map(MapError),
+    Map(#[from] MapError),
     /// The map cannot be written.
     #[error("cannot write the map: {0}")]
     Write(MapError),
@@ -40,17 +40,17 @@ pub enum Error {
     Trace(TraceError<MapError>),
     /// A receiver is impossible, or a setting out of range.
     #[error(transparent)]
-    Render(RenderError),
+    Render(#[from] RenderError),
     /// A response is damaged.
     #[error(transparent)]
-    Response(ResponseError),
+    Response(#[from] ResponseError),
     /// The response has no sound, or the head is damaged.
     #[cfg(feature = "sound")]
     #[error(transparent)]
-    Sound(SoundError),
+    Sound(#[from] SoundError),
     /// A file cannot be read or written.
     #[error(transparent)]
-    File(io::Error),
+    File(#[from] io::Error),
     /// Neither receivers were given nor does the scene have any.
     #[error("no receivers: give receivers, `grid` or `audience`")]
     NoReceivers,
@@ -87,20 +87,6 @@ impl Error {
     }
 }
 
-macro_rules! from {
-    ($($cause:ty => $variant:ident),*) => {
-        $(impl From<$cause> for Error {
-            fn from(cause: $cause) -> Self {
-                Self::$variant(cause)
-            }
-        })*
-    };
-}
-from!(SceneErrors => Scene, GeometryError => Geometry, MapError => Map, RenderError => Render,
-      ResponseError => Response, io::Error => File);
-#[cfg(feature = "sound")]
-from!(SoundError => Sound);
-
 impl From<TraceError<MapError>> for Error {
     fn from(error: TraceError<MapError>) -> Self {
         match error {
@@ -136,7 +122,7 @@ impl<T, E: Into<Error>> At<T> for std::result::Result<T, E> {
 #[must_use]
 pub fn with_options_spelled(text: &str, spell: impl Fn(&str) -> String) -> String {
     let parts = text.split('`').enumerate().map(|(index, part)| match index % 2 {
-        1 if OPTIONS.contains(&part) => (spell(part), true),
+        1 if OPTIONS.split(' ').any(|option| option == part) => (spell(part), true),
         _ => (part.to_owned(), false),
     });
     let mut spelled = String::new();
@@ -152,36 +138,8 @@ pub fn with_options_spelled(text: &str, spell: impl Fn(&str) -> String) -> Strin
 }
 
 /// Fields of [`TraceOptions`](crate::TraceOptions) and [`RenderOptions`](crate::RenderOptions) that messages name.
-const OPTIONS: [&str; 28] = [
-    "packets",
-    "seed",
-    "batches",
-    "survival",
-    "mode",
-    "spectral",
-    "duration",
-    "shard",
-    "variants",
-    "extend",
-    "decision",
-    "effects",
-    "plan",
-    "until",
-    "at_most",
-    "memory",
-    "set",
-    "materials",
-    "grid",
-    "audience",
-    "spacing",
-    "height",
-    "bin",
-    "order",
-    "radius",
-    "rays",
-    "air",
-    "estimator",
-];
+const OPTIONS: &str = "packets seed batches survival mode spectral duration shard variants extend decision effects plan until at_most memory \
+                       set materials grid audience spacing height bin order radius rays air estimator";
 
 #[cfg(test)]
 mod tests {

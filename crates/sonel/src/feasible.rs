@@ -72,10 +72,13 @@ impl fmt::Display for Demand {
     }
 }
 
-/// The sentence about a limit of memory that is none.
-pub(crate) fn wrong_memory(limit: Option<f64>) -> Option<String> {
-    let limit = limit.filter(|&limit| !(limit.is_finite() && limit > 0.0))?;
-    Some(format!("`memory` {limit} is no limit: give bytes above 0"))
+/// Sentences about limits of memory [bytes] and time [s] that are none.
+pub(crate) fn wrong_limits(memory: Option<f64>, at_most: Option<f64>) -> [Option<String>; 2] {
+    let wrong = |limit: Option<f64>| limit.filter(|&limit| !(limit.is_finite() && limit > 0.0));
+    [
+        wrong(memory).map(|limit| format!("`memory` {limit} is no limit: give bytes above 0")),
+        wrong(at_most).map(|limit| format!("`at_most` {limit} s is no limit: give a time above 0 s")),
+    ]
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The energy ledger of a map as the programs print it.
+//! The energy ledger of a map, and its effects, as the programs print them.
 
 use serde_json::{Value, json};
 use sonel_map::{Fate, Fates, Ledger};
@@ -29,4 +29,14 @@ pub fn balances_json(ledger: &Ledger, center_frequencies_hz: &[f64], sources: us
             })
         })
         .collect()
+}
+
+/// In how many bands an effect is `on`.
+#[must_use]
+pub fn on_in_words(on: &[bool]) -> String {
+    match on.iter().filter(|on| **on).count() {
+        0 => "off".to_owned(),
+        all if all == on.len() => "on".to_owned(),
+        some => format!("on in {some} of {} bands", on.len()),
+    }
 }

@@ -51,6 +51,8 @@ pub mod file;
 #[doc(hidden)]
 pub mod ledger;
 mod map;
+#[doc(hidden)]
+pub mod names;
 mod observer;
 #[doc(hidden)]
 pub mod plan;
@@ -68,6 +70,8 @@ mod variants;
 #[doc(hidden)]
 pub mod version;
 
+#[doc(hidden)]
+pub use coefficients::rendered_with;
 pub use coefficients::{Coefficients, MaterialKey};
 pub use error::{Error, Result, with_options_spelled};
 pub use map::Map;

@@ -176,11 +176,7 @@ pub fn json(plan: &Plan) -> Value {
         .pilot
         .spreads
         .iter()
-        .filter_map(|spread| {
-            let mut value = named(&plan.names, spread.place);
-            value["reason"] = json!(spread.variance.as_ref().err()?);
-            Some(value)
-        })
+        .filter_map(|spread| Some(refused(&plan.names, spread.place, spread.variance.as_ref().err()?)))
         .collect();
     json!({
         "evaluation_receivers": plan.names.pairs.iter().map(|(source, name)| json!({"source": source, "receiver": name})).collect::<Vec<_>>(),
@@ -223,11 +219,7 @@ pub(crate) fn verdict_json(names: &Names, verdict: &Verdict, targets: &Targets) 
             value["limit_jnd"] = json!(worst.limit);
             value
         }),
-        "not_estimable": verdict.not_estimable.iter().map(|(place, reason)| {
-            let mut value = named(names, *place);
-            value["reason"] = json!(reason);
-            value
-        }).collect::<Vec<_>>(),
+        "not_estimable": verdict.not_estimable.iter().map(|(place, reason)| refused(names, *place, reason)).collect::<Vec<_>>(),
         "targets": targets.to_string(),
     })
 }
@@ -247,6 +239,13 @@ pub(crate) fn named(names: &Names, place: Place) -> Value {
         "receiver": names.pairs[place.row].1,
         "center_frequency_hz": names.center_frequencies_hz[place.band],
     })
+}
+
+/// A parameter that cannot be estimated for this `reason`, as JSON.
+fn refused(names: &Names, place: Place, reason: &str) -> Value {
+    let mut value = named(names, place);
+    value["reason"] = json!(reason);
+    value
 }
 
 /// Prediction and outcome of a run; numbers that were not observed are none.

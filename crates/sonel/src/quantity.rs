@@ -11,6 +11,22 @@ pub fn count(number: u64) -> String {
     }
 }
 
+/// A range that may be open: `0.40 … 0.80`, `at most 0.80`, `at least 2.00`.
+#[must_use]
+pub fn range([low, high]: [f64; 2]) -> String {
+    match (low.is_finite() && low != 0.0, high.is_finite()) {
+        (true, true) => format!("{low:.2} … {high:.2}"),
+        (false, true) => format!("at most {high:.2}"),
+        _ => format!("at least {low:.2}"),
+    }
+}
+
+/// Numbers with commas between.
+#[must_use]
+pub fn list(numbers: &[f64]) -> String {
+    numbers.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}
+
 /// A number of things: `1 receiver`, `2 receivers`.
 #[must_use]
 pub fn counted(number: usize, thing: &str) -> String {

@@ -122,7 +122,24 @@ impl Response {
         options: SoundOptions,
         observer: &dyn Observer,
     ) -> Result<Vec<Vec<Vec<f32>>>> {
-        let (settings, up) = self.settings(channels, options)?;
+        self.each_pair(&[channels], options, observer, |_, mut all| Ok(all.swap_remove(0)))
+    }
+
+    /// What `take` makes of the impulse responses of every pair (source, receiver), which are in the order of `channels`.
+    ///
+    /// # Errors
+    /// The errors of [`Self::impulse_responses`] and of `take`.
+    #[doc(hidden)]
+    pub fn each_pair<T: Send, E: From<Error> + Send>(
+        &self,
+        channels: &[Channels<'_>],
+        options: SoundOptions,
+        observer: &dyn Observer,
+        take: impl Fn((usize, usize), Vec<Vec<Vec<f32>>>) -> Result<T, E> + Sync,
+    ) -> Result<Vec<T>, E> {
+        let ups = channels.iter().map(|channels| self.settings(*channels, options));
+        let ups: Vec<(SoundSettings, DVec3)> = ups.collect::<Result<_>>()?;
+        let Some(&(settings, _)) = ups.first() else { return Ok(Vec::new()) };
         let e = self.echograms();
         let pairs: Vec<(usize, usize)> =
             (0..e.sources()).flat_map(|s| (0..e.receivers()).map(move |r| (s, r))).collect();
@@ -132,14 +149,15 @@ impl Response {
             let of_pair = |pair: (usize, usize)| {
                 // Other threads begin pairs when one has stopped.
                 step();
-                match channels {
-                    Channels::Ambisonics(order) => synthesizer.ambisonics(pair, order, up),
-                    Channels::Ears(head) => synthesizer.binaural(pair, head, up),
+                let all = channels.iter().zip(&ups).map(|(channels, (_, up))| match *channels {
+                    Channels::Ambisonics(order) => synthesizer.ambisonics(pair, order, *up),
+                    Channels::Ears(head) => synthesizer.binaural(pair, head, *up),
                     Channels::Array(microphones) => synthesizer.array(pair, microphones),
                     Channels::Single => Ok(vec![synthesizer.impulse_response(pair.0, pair.1)?]),
-                }
+                });
+                take(pair, all.collect::<Result<_, _>>().map_err(Error::from)?)
             };
-            Ok(pairs.into_par_iter().map(of_pair).collect::<Result<_, _>>()?)
-        })
+            Ok(pairs.into_par_iter().map(of_pair).collect())
+        })?
     }
 }

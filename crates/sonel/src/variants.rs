@@ -8,6 +8,7 @@ use sonel_map::leads::{MOST_SETS, set_count};
 use sonel_scene::{LONGEST_DEFAULT_DURATION, Scene, Value, read_variants};
 
 use crate::coefficients::{self, Coefficients, MaterialKey};
+use crate::names::place;
 use crate::{Error, Result};
 
 /// The key that takes entries of the library.
@@ -153,11 +154,8 @@ pub(crate) fn add(options: &[Variants], scene: &mut Scene, geometry: &Geometry) 
 fn add_to(name: &str, options: &[&Variants], scene: &mut Scene) -> Result<()> {
     let said = options.iter().map(|option| format!("`variants` {option}")).collect::<Vec<_>>().join(" ");
     let refused = |problem: String| Error::refused(format!("{said}: {problem}"));
-    let index = scene.materials.iter().position(|material| material.name == name).ok_or_else(|| {
-        let names: Vec<String> =
-            scene.materials.iter().map(|material| format!("\"{}\"", material.name)).collect();
-        refused(format!("the scene has no material \"{name}\"; it has {}", names.join(", ")))
-    })?;
+    let known = scene.materials.iter().map(|material| material.name.as_str());
+    let index = place(known, name, "the scene has no material").map_err(refused)?;
     if scene.media.as_ref().is_some_and(|media| media.is_interface(index as u32)) {
         return Err(refused(format!("\"{name}\" is an interface between regions and has no coefficients")));
     }
@@ -284,7 +282,7 @@ mod tests {
     fn what_cannot_be_traced_is_refused() {
         for (option, expected) in [
             ("materials.wall.north.absorption=1.5", "1.5 is outside 0 … 1"),
-            ("materials.roof.absorption=0.5", "it has \"wall.north\""),
+            ("materials.roof.absorption=0.5", "it has wall.north"),
             ("materials.wall.north.scattering=0.1,0.2,0.3,0.4", "5 kinds of scattering"),
             ("materials.wall.north.scattering=0.1:0.3", "names no variants"),
             ("materials.wall.north.transmission=0.3", "exceeds absorption"),

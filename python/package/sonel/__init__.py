@@ -88,6 +88,13 @@ class _Managed:
         """As `close`."""
         self.close()
 
+    def __copy__(self: _Entered) -> _Entered:
+        return self
+
+    def __deepcopy__(self: _Entered, _: Any) -> _Entered:
+        """Nothing can be changed: a copy is the same."""
+        return self
+
     def _closed(self) -> Error:
         kind = type(self).__name__
         return Error(f"this sonel.{kind} is closed: use it within its with statement, or make it again")
@@ -115,13 +122,6 @@ class Scene(_Managed):
     def __reduce__(self) -> tuple[Callable[..., Scene], Any]:
         """A scene of a file is read again where it is unpickled; one made in Python is made again."""
         return self._origin
-
-    def __copy__(self) -> Scene:
-        return self
-
-    def __deepcopy__(self, _: Any) -> Scene:
-        """Scenes cannot be changed: a copy is the same."""
-        return self
 
     @classmethod
     def load(cls, path: _Path) -> Scene:
@@ -762,13 +762,6 @@ class Map(_Managed):
         # Where it may be loaded from.
         self._path = inner.path
 
-    def __copy__(self) -> Map:
-        return self
-
-    def __deepcopy__(self, _: Any) -> Map:
-        """Maps cannot be changed: a copy is the same."""
-        return self
-
     @classmethod
     def load(cls, path: _Path) -> Map:
         """Opens a map of sonel-trace.
@@ -1071,13 +1064,6 @@ class Response(_Managed):
     @classmethod
     def _of_bytes(cls, data: bytes) -> Response:
         return cls(_sonel.Response.from_bytes(data))
-
-    def __copy__(self) -> Response:
-        return self
-
-    def __deepcopy__(self, _: Any) -> Response:
-        """Responses cannot be changed: a copy is the same."""
-        return self
 
     @classmethod
     def load(cls, path: _Path) -> Response:

@@ -1,11 +1,13 @@
 //! The command line of `sonel-analyze`.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
+use serde_json::Value;
 use sonel_console::choices::{estimator, mode};
-use sonel_console::count::parse_count;
+use sonel_console::count::{numbers, parse_count, parse_rays};
 use sonel_console::heard::HeardArguments;
 use sonel_console::parse_threads;
 use sonel_console::receiver::parse_receiver;
@@ -22,7 +24,7 @@ mod speech;
 
 pub use coefficients::{Change, FitArguments, OptimiseArguments, To};
 pub use parameters::Parameters;
-pub use plot::{Drawn, Plot, What};
+pub use plot::{Plot, What};
 pub use speech::OpenPlan;
 
 /// Inspects maps and responses, reads room-acoustic parameters.
@@ -199,8 +201,8 @@ pub struct Tradeoff {
     #[arg(long, value_parser = estimator(), value_delimiter = ',', value_name = "ESTIMATOR,…")]
     pub estimator: Vec<Estimator>,
     /// Numbers of visibility rays to try.
-    #[arg(long, value_delimiter = ',', value_name = "M,…", value_parser = parse_count, allow_negative_numbers = true)]
-    pub rays: Vec<u64>,
+    #[arg(long, value_delimiter = ',', value_name = "M,…", value_parser = parse_rays, allow_negative_numbers = true)]
+    pub rays: Vec<u32>,
     /// Radii of the gathering discs to try [m].
     #[arg(long, value_delimiter = ',', value_name = "METRES,…", allow_hyphen_values = true)]
     pub radius: Vec<f64>,
@@ -385,12 +387,8 @@ pub struct NamedWindow {
 }
 
 fn parse_position(text: &str) -> Result<DVec3, String> {
-    let numbers: Vec<f64> = text.split(',').map_while(|field| field.trim().parse().ok()).collect();
-    let count = text.split(',').count();
-    let position = <[f64; 3]>::try_from(numbers).ok().filter(|_| count == 3).map(DVec3::from_array);
-    position
-        .filter(|position| position.is_finite())
-        .ok_or_else(|| format!("\"{text}\" is not a position: write x,y,z in metres, such as 2,10,3"))
+    let position = numbers(text, ',').map(DVec3::from_array);
+    position.ok_or_else(|| format!("\"{text}\" is not a position: write x,y,z in metres, such as 2,10,3"))
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
@@ -402,25 +400,18 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
 
 fn parse_window(text: &str) -> Result<NamedWindow, String> {
     let name: String = text.split_whitespace().collect();
-    let (numbers, unit) = match name.strip_suffix("ms") {
-        Some(numbers) => (numbers, 1e-3),
+    let (times, unit) = match name.strip_suffix("ms") {
+        Some(times) => (times, 1e-3),
         None => (name.strip_suffix('s').unwrap_or(""), 1.0),
     };
-    let window = numbers
-        .split_once('-')
-        .and_then(|(from, to)| Some([from.parse::<f64>().ok()? * unit, to.parse::<f64>().ok()? * unit]));
-    let window = window.filter(|window| window.iter().all(|time| time.is_finite()));
+    let window = numbers(times, '-').map(|times| times.map(|time| time * unit));
     window.map(|window| NamedWindow { name, window }).ok_or_else(|| {
         format!("\"{text}\" is not a time window: write FROM-TO with a unit, such as 20-50ms or 0.05-0.1s")
     })
 }
 
 fn parse_range(text: &str) -> Result<[f64; 2], String> {
-    let range = text
-        .split_once(':')
-        .and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
-    let is_range = |[low, high]: &[f64; 2]| low < high && low.is_finite() && high.is_finite();
-    range.filter(is_range).ok_or_else(|| {
+    numbers(text, ':').filter(|[low, high]| low < high).ok_or_else(|| {
         format!(
             "\"{text}\" is not a range: write LOW:HIGH in dB re 1/m\u{b2}, the lower first, such as -60:-20"
         )
@@ -466,6 +457,19 @@ impl Printed {
     #[must_use]
     pub fn is_json(self) -> bool {
         self.json || self.format == TableOrJson::Json
+    }
+
+    /// Prints what is wanted.
+    ///
+    /// # Errors
+    /// When `out` cannot be written.
+    pub fn print(
+        self,
+        out: &mut dyn Write,
+        json: impl FnOnce() -> Value,
+        text: impl FnOnce() -> String,
+    ) -> std::io::Result<()> {
+        if self.is_json() { writeln!(out, "{:#}", json()) } else { write!(out, "{}", text()) }
     }
 }
 

@@ -19,10 +19,9 @@ pub fn run(arguments: &Auralise, log: &mut dyn Write) -> anyhow::Result<Outcome>
     let Auralise { response: path, sound, seed } = arguments;
     let response = open::response_with_room(path)?;
     let echograms = response.echograms();
-    let [sources, receivers] = [&echograms.source_names, &echograms.receiver_names]
-        .map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
-    let inputs: Vec<_> = std::iter::once(path).chain(sound.inputs()).cloned().collect();
-    let Some(files) = SoundFiles::of(sound, &sources, &receivers, &inputs)? else { return Ok(Outcome::Done) };
+    let [sources, receivers] =
+        [&echograms.source_names, &echograms.receiver_names].map(|names| names.iter().map(String::as_str));
+    let Some(files) = SoundFiles::of(sound, sources, receivers)? else { return Ok(Outcome::Done) };
     publish(files.complete(&response, *seed).with_context(|| path.display().to_string())?)?;
     let count = counted(files.count(), "impulse response");
     writeln!(log, "{count} written to {}", files.folder.display())?;

@@ -9,7 +9,7 @@ use sonel_analysis::sonels::Sonels;
 use sonel_console::Outcome;
 use sonel_console::artifact::Artifact;
 use sonel_console::output::{Kind, Output, has_ending};
-use sonel_console::progress::{Progress, ProgressSink};
+use sonel_console::progress::Progress;
 use sonel_console::quantity;
 
 use crate::arguments::Export;
@@ -29,19 +29,18 @@ pub fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Resu
         _ if has_ending(output, "npz") => (true, Kind::SONEL_ARCHIVE),
         _ => bail!("{} ends neither in .csv nor in .npz: choose one of them", output.display()),
     };
-    let inputs = [map.clone()];
     let (map, geometry) = open::checked_map(map)?;
     let sonels = Sonels::new(&map, &geometry);
-    let target = Output::create(output, kind, &inputs)?;
+    let target = Output::create(output, kind, &[])?;
     let (count, passes) = (sonels.count(), if as_archive { export::ARRAYS } else { 1 });
-    let progress = Progress::begin("exporting", count * passes, ProgressSink::unless(quiet));
-    let reach = &mut |rows| progress.reach(rows);
+    let progress = Progress::begin("exporting", quiet);
+    let reach = &mut |rows| progress.reach(rows as f64 / (count * passes) as f64);
     if as_archive {
         target.write(|out| export::npz(&sonels, out, reach).map(drop))?;
     } else {
         target.write(|out| export::csv(&sonels, out, reach))?;
     }
-    progress.end();
+    drop(progress);
     let bytes = std::fs::metadata(output)?.len();
     writeln!(log, "{count} sonels, {bytes} bytes; written to {}", output.display())?;
     Ok(Outcome::Done)
@@ -54,7 +53,7 @@ fn echograms(response: &Path, output: &Path, log: &mut dyn Write) -> anyhow::Res
             output.display()
         );
     }
-    let target = Output::create(output, Kind::ECHOGRAM_TABLE, &[response.to_owned()])?;
+    let target = Output::create(output, Kind::ECHOGRAM_TABLE, &[])?;
     let response = open::response(response)?;
     target.write(|out| export::echogram_csv(&response, out))?;
     let bytes = std::fs::metadata(output)?.len();

@@ -4,13 +4,12 @@ mod measured;
 mod report;
 
 use std::io::Write;
-use std::path::Path;
 
 use anyhow::{Context, bail};
-use sonel::TemporaryMaps;
+use sonel::{Observer, TemporaryMaps};
 use sonel_acoustics::{Coefficient, Material};
-use sonel_console::output::{Kind, Output};
-use sonel_console::progress::{Progress, ProgressSink};
+use sonel_console::follower::Follower;
+use sonel_console::output::{Kind, Output, folder_of};
 use sonel_console::quantity::counted;
 use sonel_console::{Log, Outcome};
 use sonel_design::fit::{FitSettings, Stage};
@@ -20,9 +19,6 @@ use sonel_scene::materials_toml;
 
 use crate::arguments::FitArguments;
 use crate::open;
-
-/// Steps of the progress bar.
-const STEPS: u64 = 1000;
 
 /// Writes the fitted materials and prints the coefficients.
 ///
@@ -38,8 +34,7 @@ pub fn run(
     let scene = map.header().scene.clone();
     refuse_angular(&scene.materials)?;
     let measured = measured::read(arguments, &scene, log)?;
-    let inputs = [arguments.map.clone(), arguments.measured.clone()];
-    let output = Output::create(&arguments.output, Kind::MATERIALS, &inputs)?;
+    let output = Output::create(&arguments.output, Kind::MATERIALS, &[])?;
     let scattering = arguments.scattering.then_some(Coefficient::Scattering);
     let settings = FitSettings {
         coefficients: std::iter::once(Coefficient::Absorption).chain(scattering).collect(),
@@ -51,15 +46,15 @@ pub fn run(
         receivers: &measured.receivers,
         render: RenderSettings { rays: arguments.rays, ..RenderSettings::default() },
     };
-    let mut stages = Stages::begin(quiet, log);
+    let follower = Follower::new(quiet, log);
     let found = sonel_design::fit::fit(
         varied,
         &measured.measurements,
         &settings,
-        &mut TemporaryMaps::new(folder_of(&arguments.output)),
-        &mut |stage| stages.tell(stage),
+        &mut TemporaryMaps::new(folder_of(&arguments.output).to_owned()),
+        &mut |stage| tell(stage, &follower),
     );
-    stages.end();
+    drop(follower);
     let found = found.with_context(|| arguments.map.display().to_string())?;
     let head = format!(
         "sonel-analyze fit {} --measured {}\nuse it with sonel-render --materials, or copy the tables to the scene file",
@@ -75,12 +70,6 @@ pub fn run(
         writeln!(log, "warning: the coefficients did not settle: fit again from the result")?;
     }
     Ok(if found.is_settled { Outcome::Done } else { Outcome::Missed })
-}
-
-/// The folder in which maps are kept meanwhile: that of the output.
-pub fn folder_of(output: &Path) -> std::path::PathBuf {
-    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
-    folder.unwrap_or(Path::new(".")).to_owned()
 }
 
 /// Writes `materials`; those that differ from `before` get `source` before their own.
@@ -100,43 +89,15 @@ pub fn write_materials(
     output.write(|out| out.write_all(materials_toml(&materials, head).as_bytes()))
 }
 
-/// Shows renderings as bars, and says why the scene is traced again.
-pub struct Stages<'a> {
-    quiet: bool,
-    log: &'a mut Log<'a>,
-    bar: Option<(u32, Progress)>,
-}
-
-impl<'a> Stages<'a> {
-    pub fn begin<'b: 'a>(quiet: bool, log: &'a mut Log<'b>) -> Self {
-        Self { quiet, log, bar: None }
-    }
-
-    pub fn tell(&mut self, stage: Stage) {
-        match stage {
-            Stage::Rendering(number, share) => {
-                if self.bar.as_ref().is_none_or(|(shown, _)| *shown != number) {
-                    self.end();
-                    let what = format!("rendering {number}");
-                    self.bar = Some((number, Progress::begin(what, STEPS, ProgressSink::unless(self.quiet))));
-                }
-                let (_, bar) = self.bar.as_ref().expect("begun above");
-                bar.reach((STEPS as f64 * share) as u64);
-            }
-            Stage::Retracing(reasons) => {
-                self.end();
-                // A log that cannot be written is no reason to stop.
-                let _ = writeln!(self.log, "the scene is traced with the new coefficients:");
-                for reason in reasons {
-                    let _ = writeln!(self.log, "  {reason}");
-                }
-            }
+/// Shows renderings as bars, and says why the scene is traced again. A log that cannot be written is no reason to stop.
+pub fn tell(stage: Stage, follower: &Follower<'_>) {
+    match stage {
+        Stage::Rendering(number, share) => {
+            let _ = follower.progress(&format!("rendering {number}"), share);
         }
-    }
-
-    pub fn end(&mut self) {
-        if let Some((_, bar)) = self.bar.take() {
-            bar.end();
+        Stage::Retracing(reasons) => {
+            let reasons: String = reasons.iter().map(|reason| format!("\n  {reason}")).collect();
+            let _ = follower.line(&format!("the scene is traced with the new coefficients:{reasons}"));
         }
     }
 }

@@ -4,9 +4,9 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
-use comfy_table::{CellAlignment, Table, presets};
 use serde_json::{Value, json};
 use sonel_console::Outcome;
+use sonel_console::table::aligned;
 use sonel_sound::Iacc;
 
 use crate::arguments::IaccArguments;
@@ -57,15 +57,14 @@ fn value(found: Option<f64>) -> Value {
 }
 
 fn table(found: &Iacc) -> String {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING).set_header(["f [Hz]", "IACC early", "IACC late", "IACC all"]);
     let cell = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.3}"));
-    for band in &found.bands {
-        let center = band.center_frequency_hz.to_string();
-        table.add_row([center, cell(band.early), cell(band.late), cell(band.all)]);
-    }
-    let [early, late, all] = found.means().map(cell);
-    table.add_row([MEAN.to_owned(), early, late, all]);
-    table.column_iter_mut().for_each(|column| column.set_cell_alignment(CellAlignment::Right));
-    table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
+    let row = |name: String, values: [Option<f64>; 3]| {
+        let [early, late, all] = values.map(cell);
+        [name, early, late, all]
+    };
+    let bands = found.bands.iter();
+    let bands =
+        bands.map(|band| row(band.center_frequency_hz.to_string(), [band.early, band.late, band.all]));
+    let rows = bands.chain([row(MEAN.to_owned(), found.means())]);
+    aligned(["f [Hz]", "IACC early", "IACC late", "IACC all"], rows, ..)
 }

@@ -5,10 +5,12 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
+use sonel::names::place;
 use sonel_acoustics::energy_from_level_db;
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
-use sonel_console::progress::{Progress, ProgressSink};
+use sonel_console::progress::Progress;
+use sonel_console::quantity;
 use sonel_drawing::picture::{self, DecibelScale, Drawing, Picture, WindowPicture};
 use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, hexadecimal};
@@ -19,29 +21,24 @@ use sonel_scene::Scene;
 use crate::arguments::{Image, NamedWindow};
 use crate::open;
 
-/// Steps of the progress bar.
-const STEPS: f64 = 1000.0;
-
 /// Writes both pictures.
 ///
 /// # Errors
 /// When the map is unusable, there is no such camera, window, band or source, or an output cannot be written.
 pub fn run(arguments: &Image, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let drawn = drawn_name(arguments)?;
-    let inputs = [arguments.map.clone()];
     let (map, geometry) = open::map(&arguments.map)?;
     let request = PictureRequest::new(arguments, &map, &geometry)?;
     let settings =
         RenderSettings { gather_radius: arguments.radius, ..RenderSettings::of(Estimator::Connection) };
     let named = || arguments.map.display().to_string();
     let renderer = Renderer::new(&map, &geometry, settings).with_context(named)?;
-    let values = Output::create(&arguments.output, Kind::PICTURE, &inputs)?;
-    let mut drawing = Output::create(&drawn, Kind::DRAWN_PICTURE, &inputs)?;
-    let progress = Progress::begin("counting", STEPS as u64, ProgressSink::unless(quiet));
-    let seen = renderer.picture(request.source, &request.camera, &request.windows, &mut |share| {
-        progress.reach((STEPS * share) as u64);
-    })?;
-    progress.end();
+    let values = Output::create(&arguments.output, Kind::PICTURE, &[])?;
+    let mut drawing = Output::create(&drawn, Kind::DRAWN_PICTURE, &[])?;
+    let progress = Progress::begin("counting", quiet);
+    let mut reach = |share| progress.reach(share);
+    let seen = renderer.picture(request.source, &request.camera, &request.windows, &mut reach)?;
+    drop(progress);
     request.log_what_is_seen(&seen, &map.header().scene, log)?;
     let picture = request.picture(seen, &map, arguments);
     request.draw(&picture, arguments, drawing.writer(), log)?;
@@ -202,10 +199,7 @@ impl PictureRequest {
 /// Index of the source asked for.
 fn source(arguments: &Image, scene: &Scene) -> Result<usize, String> {
     let Some(wanted) = &arguments.source else { return Ok(0) };
-    scene.sources.iter().position(|source| source.name == *wanted).ok_or_else(|| {
-        let names: Vec<&str> = scene.sources.iter().map(|source| source.name.as_str()).collect();
-        format!("the map has no source \"{wanted}\"; it has {}", names.join(", "))
-    })
+    place(scene.sources.iter().map(|source| source.name.as_str()), wanted, "the map has no source")
 }
 
 /// What each band weighs in the drawing, and what that is called.
@@ -220,8 +214,8 @@ fn weights(band: &str, scene: &Scene, source: usize) -> Result<(Vec<f64>, String
     let is_wanted =
         |frequency: &f64| wanted.is_some_and(|wanted| (wanted - frequency).abs() < 1e-6 * frequency);
     if !frequencies.iter().any(is_wanted) {
-        let names: Vec<String> = frequencies.iter().map(ToString::to_string).collect();
-        return Err(format!("the map has no band \"{band}\"; choose sum or one of {} Hz", names.join(", ")));
+        let known = quantity::list(frequencies);
+        return Err(format!("the map has no band \"{band}\"; choose sum or one of {known} Hz"));
     }
     let weights = frequencies.iter().map(|frequency| f64::from(u8::from(is_wanted(frequency)))).collect();
     Ok((weights, format!("{band} Hz")))

@@ -15,7 +15,6 @@ mod open_plan;
 mod optimise;
 mod parameters;
 mod plot;
-mod report;
 mod sensitivity;
 mod tradeoff;
 mod verify;
@@ -53,7 +52,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         Command::Fit(fit) => fit::run(fit, arguments.quiet, out, log),
         Command::Optimise(optimise) => optimise::run(optimise, arguments.quiet, out, log),
         Command::Plot(plot) => plot::run(plot, log),
-        Command::Report(report) => report::run(report, arguments.quiet, log),
+        Command::Report(Report { files, output, heard, head }) => {
+            sonel_view::freeze(files, output, heard, head, None, arguments.quiet, log)
+        }
         Command::Auralise(auralise) => auralise::run(auralise, log),
         Command::Listen(listen) => listen::run(listen, log),
         Command::Iacc(recordings) => iacc::run(recordings, out),

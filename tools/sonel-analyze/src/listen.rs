@@ -20,8 +20,7 @@ pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     if !has_ending(output, "wav") {
         bail!("{} does not end in .wav: sound is written as WAV only", output.display());
     }
-    let inputs = [impulse_response.clone(), recording.clone()];
-    let target = Output::create(output, Kind::SOUND, &inputs)?;
+    let target = Output::create(output, Kind::SOUND, &[])?;
     let response = open::recording(impulse_response)?;
     let dry = open::recording(recording)?;
     let [signal] = &dry.channels[..] else {

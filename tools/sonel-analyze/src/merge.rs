@@ -8,7 +8,7 @@ use sonel_console::Outcome;
 use sonel_console::artifact::Artifact;
 use sonel_console::input;
 use sonel_console::output::{Kind, Output};
-use sonel_console::progress::{Progress, ProgressSink};
+use sonel_console::progress::Progress;
 use sonel_console::quantity::counted;
 use sonel_echogram::join;
 use sonel_map::{Merger, ShardRange};
@@ -32,7 +32,7 @@ fn join_responses(arguments: &Merge, log: &mut dyn Write) -> anyhow::Result<Outc
     let part = |path: &PathBuf| Ok((path.display().to_string(), open::response(path)?));
     let parts: Vec<_> = shards.iter().map(part).collect::<anyhow::Result<_>>()?;
     let whole = join(parts).map_err(|problems| together(&problems))?;
-    Output::create(output, Kind::RESPONSE, shards)?.write(|out| whole.write(out).map(drop))?;
+    Output::create(output, Kind::RESPONSE, &[])?.write(|out| whole.write(out).map(drop))?;
     let (count, receivers) = (counted(shards.len(), "response"), counted(whole.receivers(), "receiver"));
     writeln!(log, "{count} joined, {receivers}; written to {}", output.display())?;
     Ok(Outcome::Done)
@@ -45,13 +45,11 @@ fn join_maps(arguments: &Merge, quiet: bool, log: &mut dyn Write) -> anyhow::Res
     let merger = Merger::new(&names, &mut open).map_err(|problems| together(&problems))?;
     let (paths, ShardRange { index, count }) = (merger.path_count(), merger.header().shard);
 
-    let target = Output::create(output, Kind::MAP, maps)?;
-    let progress = Progress::begin("merging", paths, ProgressSink::unless(quiet));
-    target.write(|out| {
-        let written = merger.write(out, &mut open, &mut |copied| progress.reach(copied)).map(drop);
-        progress.end();
-        written
-    })?;
+    let target = Output::create(output, Kind::MAP, &[])?;
+    let progress = Progress::begin("merging", quiet);
+    let mut reach = |copied| progress.reach(copied as f64 / paths as f64);
+    target.write(|out| merger.write(out, &mut open, &mut reach).map(drop))?;
+    drop(progress);
     let what = if count == 1 { "the whole run".to_owned() } else { format!("shard {index} of {count}") };
     let count = counted(maps.len(), "map");
     writeln!(log, "{count} joined, {paths} paths: {what}; written to {}", output.display())?;

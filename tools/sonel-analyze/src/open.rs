@@ -6,20 +6,12 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use sonel_analysis::survey::{Survey, survey};
-use sonel_console::artifact::{self, Artifact as Kind};
+use sonel_console::artifact::{self, Artifact};
 use sonel_console::{input, spelled};
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{Mode, SonelMap};
 use sonel_sound::Recording;
-
-/// A file of ours.
-pub enum Artifact {
-    /// Map of sonel-trace, with every path checked and walked.
-    Map(Box<WalkedMap>),
-    /// Response of sonel-render.
-    Response(Box<Response>),
-}
 
 /// A map whose paths were checked and walked.
 pub struct WalkedMap {
@@ -35,7 +27,7 @@ pub struct WalkedMap {
 ///
 /// # Errors
 /// When it cannot be read or is neither.
-pub fn kind(path: &Path) -> anyhow::Result<Kind> {
+pub fn kind(path: &Path) -> anyhow::Result<Artifact> {
     if let Some(kind) = artifact::kind(path)? {
         return Ok(kind);
     }
@@ -43,17 +35,6 @@ pub fn kind(path: &Path) -> anyhow::Result<Kind> {
         "{} is neither a sonel map nor a response: pass a file written by sonel-trace or sonel-render",
         path.display()
     )
-}
-
-/// The map or response in `path`.
-///
-/// # Errors
-/// When the file cannot be read, is damaged, or is neither.
-pub fn artifact(path: &Path) -> anyhow::Result<Artifact> {
-    Ok(match kind(path)? {
-        Kind::Map => Artifact::Map(Box::new(walked_map(path)?)),
-        Kind::Response => Artifact::Response(Box::new(response(path)?)),
-    })
 }
 
 /// The response in `path`.
@@ -69,7 +50,7 @@ pub fn response(path: &Path) -> anyhow::Result<Response> {
 /// # Errors
 /// When the file cannot be read or is no valid response.
 pub fn response_with_room(path: &Path) -> anyhow::Result<sonel::Response> {
-    if kind(path)? == Kind::Map {
+    if kind(path)? == Artifact::Map {
         bail!("{} is a sonel map: make a response from it with sonel-render", path.display());
     }
     sonel::Response::open(path).map_err(spelled)

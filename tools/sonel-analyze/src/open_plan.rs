@@ -1,23 +1,25 @@
 //! `sonel-analyze open-plan`: parameters of ISO 3382-3 along a line of receivers.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use anyhow::{Context, bail};
-use comfy_table::{CellAlignment, Table, presets};
+use anyhow::bail;
 use serde_json::{Value, json};
+use sonel::names::place;
 use sonel_analysis::ParameterValue;
 use sonel_analysis::comparison::{Pairing, difference};
 use sonel_analysis::modulation::Talk;
 use sonel_analysis::open_plan::{Line, SPEECH_POWER_LEVEL_DB, line};
 use sonel_analysis::report;
 use sonel_console::Outcome;
-use sonel_console::output::{Kind, Output, has_ending};
-use sonel_drawing::plot::{self, Axis, Mark, Panel, PlotError, Point, Series, Sheet};
+use sonel_console::artifact::stem;
+use sonel_console::table::aligned;
+use sonel_drawing::plot::{Axis, Mark, Panel, Point, Series, Sheet};
 use sonel_echogram::Response;
 
 use crate::arguments::OpenPlan;
 use crate::open;
+use crate::plot::Target;
 
 /// Values of the informative annex of ISO 3382-3:2012.
 const GOOD: &str =
@@ -30,53 +32,39 @@ const WANTED: usize = 4;
 /// # Errors
 /// When a response is unusable or lacks a source or receiver that is named, or an output cannot be written.
 pub fn run(arguments: &OpenPlan, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let target =
-        arguments.output.as_deref().map(|output| target(output, &arguments.responses)).transpose()?;
+    let target = arguments.output.as_deref().map(Target::create).transpose()?;
     let mut offices: Vec<Office> = Vec::new();
     for path in &arguments.responses {
         let mut office = Office::read(path, arguments, log)?;
         if offices.iter().any(|other| other.name == office.name) {
-            office.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            office.name = stem(path);
         }
         offices.push(office);
     }
     let losses: Vec<Losses> = offices[1..].iter().map(|office| Losses::of(&offices[0], office)).collect();
-    if arguments.printed.is_json() {
-        let mut all: Vec<Value> = offices.iter().map(Office::object).collect();
-        match &all[..] {
-            [_] => writeln!(out, "{:#}", all.remove(0))?,
-            _ => {
-                let losses: Vec<Value> = losses.iter().map(Losses::object).collect();
-                writeln!(out, "{:#}", json!({ "responses": all, "insertion_losses": losses }))?;
-            }
-        }
-    } else {
-        for office in &offices {
-            if offices.len() > 1 {
-                writeln!(out, "{}", office.name)?;
-            }
-            writeln!(out, "{}", table(&office.line, &office.source))?;
-        }
-        for loss in &losses {
-            writeln!(out, "{}", loss.table())?;
-        }
-    }
-    if let Some((target, draw)) = target {
-        let sheet = Sheet::new("", vec![vec![levels(&offices), indices(&offices)]]);
-        target.write(|out| draw(&sheet, out))?;
+    arguments.printed.print(out, || json_of(&offices, &losses), || text_of(&offices, &losses))?;
+    if let Some(target) = target {
+        target.draw(&Sheet::new("", vec![vec![levels(&offices), indices(&offices)]]))?;
     }
     Ok(Outcome::Done)
 }
 
-type Draw = fn(&Sheet, &mut dyn Write) -> Result<(), PlotError>;
+fn json_of(offices: &[Office], losses: &[Losses]) -> Value {
+    match offices {
+        [office] => office.object(),
+        _ => json!({
+            "responses": offices.iter().map(Office::object).collect::<Vec<_>>(),
+            "insertion_losses": losses.iter().map(Losses::object).collect::<Vec<_>>(),
+        }),
+    }
+}
 
-fn target(output: &Path, inputs: &[PathBuf]) -> anyhow::Result<(Output, Draw)> {
-    let (kind, draw): (Kind, Draw) = match () {
-        () if has_ending(output, "svg") => (Kind::DRAWING, plot::svg),
-        () if has_ending(output, "png") => (Kind::DRAWN_PICTURE, plot::png),
-        () => bail!("{} ends neither in .svg nor in .png: plots are drawn as SVG or PNG", output.display()),
-    };
-    Ok((Output::create(output, kind, inputs)?, draw))
+fn text_of(offices: &[Office], losses: &[Losses]) -> String {
+    let tables = offices.iter().map(|office| {
+        let name = if offices.len() > 1 { format!("{}\n", office.name) } else { String::new() };
+        format!("{name}{}\n", table(&office.line, &office.source))
+    });
+    tables.chain(losses.iter().map(|loss| loss.table() + "\n")).collect()
 }
 
 /// A response and its line.
@@ -89,10 +77,9 @@ struct Office {
 impl Office {
     fn read(path: &Path, arguments: &OpenPlan, log: &mut dyn Write) -> anyhow::Result<Self> {
         let response = open::response(path)?;
-        let find = |what: &str, names: &[String], wanted: &String| {
-            names.iter().position(|name| name == wanted).with_context(|| {
-                format!("{} has no {what} \"{wanted}\"; it has {}", path.display(), names.join(", "))
-            })
+        let find = |what: &str, names: &[String], wanted: &str| {
+            place(names.iter().map(String::as_str), wanted, &format!("{} has no {what}", path.display()))
+                .map_err(anyhow::Error::msg)
         };
         let source = match &arguments.source {
             Some(name) => find("source", &response.source_names, name)?,
@@ -117,9 +104,8 @@ impl Office {
         }
         let metadata = &response.metadata;
         let name = metadata["variant"].as_str().or_else(|| metadata["scene"].as_str());
-        let stem = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self {
-            name: name.map_or_else(stem, str::to_owned),
+            name: name.map_or_else(|| stem(path), str::to_owned),
             source: response.source_names[source].clone(),
             line,
         })
@@ -161,16 +147,10 @@ impl Losses {
             );
         }
         let mut reasons = Vec::new();
-        let mut rows = Table::new();
-        rows.load_preset(presets::NOTHING);
-        rows.set_header(["receiver", "r [m]", "A-weighted insertion loss [dB]"]);
-        for (name, distance, loss) in &self.places {
-            rows.add_row([name.clone(), format!("{distance:.2}"), cell(loss, 1, &mut reasons)]);
-        }
-        for column in rows.column_iter_mut().skip(1) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-        let lines: String = rows.lines().map(|line| format!("{}\n", line.trim_end())).collect();
+        let rows = self.places.iter().map(|(name, distance, loss)| {
+            [name.clone(), format!("{distance:.2}"), cell(loss, 1, &mut reasons)]
+        });
+        let lines = aligned(["receiver", "r [m]", "A-weighted insertion loss [dB]"], rows, 1..);
         format!("{}\n{lines}{}", self.title, reasons.join("\n"))
     }
 }
@@ -257,19 +237,13 @@ fn object(line: &Line, source: &str) -> Value {
 }
 
 fn table(line: &Line, source: &str) -> String {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
-    table.set_header(["receiver", "r [m]", "Lp,A,S [dB]", "STI"]);
     let mut reasons = Vec::new();
-    for place in &line.places {
+    let rows = line.places.iter().map(|place| {
         let [level, index] = [(&place.speech_level_db, 1), (&place.speech_transmission_index, 3)]
             .map(|(estimate, digits)| cell(estimate, digits, &mut reasons));
-        table.add_row([place.name.clone(), format!("{:.2}", place.distance), level, index]);
-    }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    let lines: String = table.lines().map(|line| format!("{}\n", line.trim_end())).collect();
+        [place.name.clone(), format!("{:.2}", place.distance), level, index]
+    });
+    let lines = aligned(["receiver", "r [m]", "Lp,A,S [dB]", "STI"], rows, 1..);
     let singles: String = numbers(line)
         .into_iter()
         .map(|(symbol, _, estimate)| format!("{symbol}: {}\n", cell(estimate, 2, &mut reasons)))

@@ -3,10 +3,12 @@
 use std::io::Write;
 
 use anyhow::{Context, bail};
-use comfy_table::{CellAlignment, Table, presets};
 use sonel::TemporaryMaps;
+use sonel::names::{band, place};
 use sonel_analysis::ParameterValue;
-use sonel_console::output::{Kind, Output};
+use sonel_console::follower::Follower;
+use sonel_console::output::{Kind, Output, folder_of};
+use sonel_console::table::aligned;
 use sonel_console::{Log, Outcome};
 use sonel_design::goal::Goal;
 use sonel_design::optimise::{Candidate, Choice, OptimiseError, Proposal};
@@ -16,7 +18,7 @@ use sonel_scene::{Scene, load_materials};
 use sonel_study::response::receivers_of;
 
 use crate::arguments::{Change, OptimiseArguments, To};
-use crate::fit::{Stages, folder_of, refuse_angular, write_materials};
+use crate::fit::{refuse_angular, tell, write_materials};
 use crate::open;
 
 /// Prints what is proposed and writes the materials.
@@ -33,24 +35,26 @@ pub fn run(
     let label = arguments.map.display().to_string();
     let scene = map.header().scene.clone();
     refuse_angular(&scene.materials)?;
-    check_bands(&arguments.goals, &scene)?;
+    for wanted in arguments.goals.iter().flat_map(|goal| &goal.centers_hz) {
+        band(scene.bands.nominal(), *wanted, "the map has no band").map_err(anyhow::Error::msg)?;
+    }
     let candidates = candidates(arguments, &scene)?;
     let receivers =
         if arguments.receivers.is_empty() { receivers_of(&scene) } else { arguments.receivers.clone() };
     if receivers.is_empty() {
         bail!("{label}: the scene has no receivers: give --receiver NAME=x,y,z");
     }
-    let output = Output::create(&arguments.output, Kind::MATERIALS, std::slice::from_ref(&arguments.map))?;
-    let mut stages = Stages::begin(quiet, log);
+    let output = Output::create(&arguments.output, Kind::MATERIALS, &[])?;
+    let follower = Follower::new(quiet, log);
     let (map, render) = (&mut map, RenderSettings::default());
     let found = sonel_design::optimise::optimise(
         VariedMap { map, geometry: &geometry, receivers: &receivers, render },
         &arguments.goals,
         &candidates,
-        &mut TemporaryMaps::new(folder_of(&arguments.output)),
-        &mut |stage| stages.tell(stage),
+        &mut TemporaryMaps::new(folder_of(&arguments.output).to_owned()),
+        &mut |stage| tell(stage, &follower),
     );
-    stages.end();
+    drop(follower);
     if let Err(error @ OptimiseError::OutOfReach(_)) = found {
         writeln!(out, "{error}; no file is written")?;
         return Ok(Outcome::Missed);
@@ -65,25 +69,12 @@ pub fn run(
     Ok(if found.is_fulfilled { Outcome::Done } else { Outcome::Missed })
 }
 
-fn check_bands(goals: &[Goal], scene: &Scene) -> anyhow::Result<()> {
-    let nominal = scene.bands.nominal();
-    for wanted in goals.iter().flat_map(|goal| &goal.centers_hz) {
-        if !nominal.iter().any(|center| (wanted / center - 1.0).abs() < 1e-3) {
-            let known: Vec<String> = nominal.iter().map(ToString::to_string).collect();
-            bail!("the map has no band of {wanted} Hz; it has {} Hz", known.join(", "));
-        }
-    }
-    Ok(())
-}
-
 /// The changes in terms of the scene; every problem is said at once.
 fn candidates(arguments: &OptimiseArguments, scene: &Scene) -> anyhow::Result<Vec<Candidate>> {
     let mut problems = Vec::new();
     let mut found: Vec<Candidate> = Vec::new();
     let number = |name: &str| {
-        let known: Vec<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
-        let place = known.iter().position(|known| *known == name);
-        place.ok_or_else(|| format!("the map has no material \"{name}\"; it has {}", known.join(", ")))
+        place(scene.materials.iter().map(|material| material.name.as_str()), name, "the map has no material")
     };
     for Change { name, to } in &arguments.changes {
         let candidate = number(name).and_then(|material| {
@@ -157,29 +148,24 @@ fn print(
         "{:.1} m² change, cost {:.1}; {combinations} combinations, {rendered} rendered\n",
         found.area, found.cost
     )?;
-    let table = outcomes(found, &arguments.goals, scene);
-    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     writeln!(
         out,
-        "{}\n\nmeans over sources and receivers; predicted: from the map; fresh trace: of the changed scene with another seed; ±: half-width of the 95 % interval",
-        lines.join("\n")
+        "{}\nmeans over sources and receivers; predicted: from the map; fresh trace: of the changed scene with another seed; ±: half-width of the 95 % interval",
+        outcomes(found, &arguments.goals, scene)
     )?;
     Ok(())
 }
 
 /// A row for each goal and band.
-fn outcomes(found: &Proposal, goals: &[Goal], scene: &Scene) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
-    table.set_header(["parameter", "band", "wanted", "map as it is", "predicted", "fresh trace", ""]);
-    for outcome in &found.outcomes {
+fn outcomes(found: &Proposal, goals: &[Goal], scene: &Scene) -> String {
+    let rows = found.outcomes.iter().map(|outcome| {
         let goal = &goals[outcome.goal];
         let (symbol, unit, factor) = goal.parameter.heading();
         let is_met = |estimate: &ParameterValue| {
             estimate.as_ref().is_ok_and(|estimate| (estimate.value - goal.value).abs() <= goal.tolerance)
         };
         let met = is_met(&outcome.predicted) && is_met(&outcome.verified);
-        table.add_row([
+        [
             format!("{symbol} [{unit}]"),
             format!("{} Hz", scene.bands.nominal()[outcome.band]),
             format!("{:.3} ±{:.3}", factor * goal.value, factor * goal.tolerance),
@@ -187,12 +173,10 @@ fn outcomes(found: &Proposal, goals: &[Goal], scene: &Scene) -> Table {
             cell(&outcome.predicted, factor),
             cell(&outcome.verified, factor),
             if met { "met" } else { "missed" }.to_owned(),
-        ]);
-    }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table
+        ]
+    });
+    let head = ["parameter", "band", "wanted", "map as it is", "predicted", "fresh trace", ""];
+    aligned(head, rows, 1..)
 }
 
 fn cell(estimate: &ParameterValue, factor: f64) -> String {

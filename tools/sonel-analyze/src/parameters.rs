@@ -6,31 +6,23 @@ mod side_by_side;
 use std::io::Write;
 use std::path::Path;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use serde_json::{Value, json};
-use sonel::MaterialVariants;
-
 use sonel_analysis::modal::ModalBands;
-use sonel_analysis::receiver::parameters_of;
 use sonel_analysis::{ReceiverParameters, report};
+use sonel_console::artifact::stem;
 use sonel_console::follower::Follower;
-use sonel_console::progress::ProgressSink;
 use sonel_console::{Log, Outcome, spelled};
-use sonel_echogram::Response;
+use sonel_view::Subject;
 
 use crate::arguments::{Format, Parameters};
 use crate::open;
 
-/// A response that was read.
+/// A response that was read, called by its variant or the name of its file.
 struct Read {
-    /// Its variant, or the name of its file.
-    name: String,
+    subject: Subject,
     title: String,
-    metadata: Value,
-    sources: usize,
-    parameters: Vec<ReceiverParameters>,
     shares: Vec<seats::Share>,
-    materials: Option<MaterialVariants>,
     modal: Option<ModalBands>,
 }
 
@@ -51,11 +43,10 @@ pub fn run(
     let mut responses: Vec<Read> = Vec::new();
     for path in &arguments.responses {
         let mut read = read(path, arguments, map.as_ref(), quiet, log)?;
-        if responses.iter().any(|other| other.name == read.name) {
-            read.name = stem(path);
-        }
-        if responses.iter().any(|other| other.name == read.name) {
-            read.name = path.display().to_string();
+        for other_name in [stem(path), path.display().to_string()] {
+            if responses.iter().any(|other| other.subject.name == read.subject.name) {
+                read.subject.name = other_name;
+            }
         }
         responses.push(read);
     }
@@ -69,10 +60,6 @@ pub fn run(
     Ok(Outcome::Done)
 }
 
-fn stem(path: &Path) -> String {
-    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
-}
-
 fn read(
     path: &Path,
     arguments: &Parameters,
@@ -80,32 +67,23 @@ fn read(
     quiet: bool,
     log: &mut Log<'_>,
 ) -> anyhow::Result<Read> {
-    let response = arguments.heard.heard(open::response(path)?)?;
-    let mut parameters = parameters_of(&response, arguments.heard.talk().as_ref());
-    let materials = match map {
-        Some(map) => {
-            let follower = Follower::new(ProgressSink::unless(quiet), log);
-            let (uncertainty, heard) = (&arguments.uncertainty, &arguments.heard);
-            let attached = uncertainty.attach(&mut parameters, &response, map, heard, &follower);
-            Some(attached.with_context(|| path.display().to_string())?)
-        }
-        None => None,
-    };
-    let volume = response.metadata["volume_m3"].as_f64();
-    Ok(Read {
-        name: response.metadata["variant"].as_str().map_or_else(|| stem(path), str::to_owned),
-        title: title(&response),
-        sources: response.sources(),
-        shares: seats::shares(&arguments.targets, &parameters, volume),
-        modal: modal_bands(&response, &parameters),
-        metadata: response.metadata,
-        parameters,
-        materials,
-    })
+    let heard = &arguments.heard;
+    let mut subject = Subject::new(path.display().to_string(), open::response_with_room(path)?, heard)?;
+    if let Some(map) = map {
+        subject.attach_materials(&arguments.uncertainty, map, heard, &Follower::new(quiet, log))?;
+    }
+    let metadata = &subject.echograms().metadata;
+    let name = metadata["variant"].as_str().map_or_else(|| stem(path), str::to_owned);
+    let volume = metadata["volume_m3"].as_f64();
+    let title = title(metadata);
+    let shares = seats::shares(&arguments.targets, &subject.parameters, volume);
+    let modal = volume.and_then(|volume| ModalBands::of(&subject.parameters, volume));
+    subject.name = name;
+    Ok(Read { subject, title, shares, modal })
 }
 
 fn print(arguments: &Parameters, read: &Read, out: &mut dyn Write) -> anyhow::Result<()> {
-    let Read { title, parameters, shares, .. } = read;
+    let Read { subject: Subject { parameters, .. }, title, shares, .. } = read;
     match arguments.format {
         Format::Table if arguments.mean => {
             write!(out, "{}{}", report::means_table(parameters, title), seats::text(shares))?;
@@ -123,14 +101,14 @@ fn print(arguments: &Parameters, read: &Read, out: &mut dyn Write) -> anyhow::Re
 
 fn json_of(arguments: &Parameters, read: &Read) -> Value {
     let mut written = if arguments.mean {
-        json!({ "means": report::means_json(&read.parameters) })
+        json!({ "means": report::means_json(&read.subject.parameters) })
     } else {
-        report::json(&read.parameters)
+        report::json(&read.subject.parameters)
     };
     if !read.shares.is_empty() {
         written["targets"] = seats::json(&read.shares);
     }
-    if let Some(materials) = &read.materials {
+    if let Some(materials) = &read.subject.materials {
         written["material_uncertainty"] = materials.json();
     }
     written
@@ -138,17 +116,18 @@ fn json_of(arguments: &Parameters, read: &Read) -> Value {
 
 /// What the log has to say of a response, with its name where there are several.
 fn remark(arguments: &Parameters, read: &Read, is_named: bool, log: &mut dyn Write) -> anyhow::Result<()> {
-    let name = if is_named { format!("{}: ", read.name) } else { String::new() };
-    if read.parameters.len() > read.sources {
+    let Read { subject, modal, .. } = read;
+    let name = if is_named { format!("{}: ", subject.name) } else { String::new() };
+    if subject.parameters.len() > subject.echograms().sources() {
         writeln!(
             log,
             "note: {name}receivers share sonels, so their errors are correlated; each interval holds for one parameter"
         )?;
     }
-    if let Some(bands) = &read.modal {
+    if let Some(bands) = modal {
         writeln!(log, "note: {name}{bands}")?;
     }
-    let warned = read.parameters.iter().map(warnings).sum::<usize>();
+    let warned = subject.parameters.iter().map(warnings).sum::<usize>();
     if warned > 0 {
         let place = match arguments.format {
             Format::Table => "footnotes",
@@ -162,10 +141,10 @@ fn remark(arguments: &Parameters, read: &Read, is_named: bool, log: &mut dyn Wri
 }
 
 /// The beginning of the line above every block: the scene, where the response names one, its variant and the changes of a system's sources.
-fn title(response: &Response) -> String {
-    let Some(scene) = response.metadata["scene"].as_str() else { return String::new() };
-    let variant = response.metadata["variant"].as_str().map(|variant| format!(", {variant}"));
-    format!("{scene}{}{}: ", variant.unwrap_or_default(), system(&response.metadata))
+fn title(metadata: &Value) -> String {
+    let Some(scene) = metadata["scene"].as_str() else { return String::new() };
+    let variant = metadata["variant"].as_str().map(|variant| format!(", {variant}"));
+    format!("{scene}{}{}: ", variant.unwrap_or_default(), system(metadata))
 }
 
 /// `, sources "left −3 dB + right 20 ms"`; empty where no source of a system has a gain or delay.
@@ -184,11 +163,6 @@ fn system(metadata: &Value) -> String {
     }
     let sources: Vec<String> = sources.iter().map(|(name, changes)| format!("{name}{changes}")).collect();
     format!(", sources \"{}\"", sources.join(" + "))
-}
-
-/// Bands of a response whose room states its volume that lie below the Schroeder frequency.
-pub fn modal_bands(response: &Response, parameters: &[ReceiverParameters]) -> Option<ModalBands> {
-    ModalBands::of(parameters, response.metadata["volume_m3"].as_f64()?)
 }
 
 fn warnings(receiver: &ReceiverParameters) -> usize {

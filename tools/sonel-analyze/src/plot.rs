@@ -6,11 +6,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use sonel::names::{band, place};
 use sonel_analysis::ReceiverParameters;
 use sonel_analysis::modulation::Talk;
 use sonel_analysis::receiver::parameters_of;
 use sonel_console::Outcome;
-use sonel_console::artifact::Artifact;
+use sonel_console::artifact::{Artifact, stem};
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::quantity::counted;
 use sonel_drawing::plot::{self, Panel, PlotError, Sheet};
@@ -30,9 +31,7 @@ const USUAL: [What; 3] = [What::Echogram, What::Decay, What::Parameters];
 /// When a file is unusable, a response lacks the source, receiver or band asked for, or the output has another ending or cannot be
 /// written.
 pub fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let output = &arguments.output;
-    let (kind, draw) = format(output)?;
-    let target = Output::create(output, kind, &arguments.files)?;
+    let target = Target::create(&arguments.output)?;
     let wanted =
         |what| if arguments.what.is_empty() { &USUAL[..] } else { &arguments.what[..] }.contains(&what);
     let (responses, map) = sorted(&arguments.files)?;
@@ -65,22 +64,34 @@ pub fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     if wanted(What::Map) {
         sheet.plans = Some(plans::of(&subjects, map.as_deref(), arguments, log)?);
     }
-    target.write(|out| draw(&sheet, out))?;
-    writeln!(log, "written to {}", output.display())?;
+    target.draw(&sheet)?;
+    writeln!(log, "written to {}", arguments.output.display())?;
     Ok(Outcome::Done)
 }
 
-type Draw = fn(&Sheet, &mut dyn Write) -> Result<(), PlotError>;
+/// A drawing to be written.
+pub struct Target {
+    output: Output,
+    draw: fn(&Sheet, &mut dyn Write) -> Result<(), PlotError>,
+}
 
-/// What the ending of the output asks for.
-fn format(output: &Path) -> anyhow::Result<(Kind, Draw)> {
-    if has_ending(output, "svg") {
-        return Ok((Kind::DRAWING, plot::svg));
+impl Target {
+    /// SVG or PNG, as the ending of `output` asks for.
+    pub fn create(output: &Path) -> anyhow::Result<Self> {
+        if has_ending(output, "svg") {
+            return Ok(Self { output: Output::create(output, Kind::DRAWING, &[])?, draw: plot::svg });
+        }
+        if has_ending(output, "png") {
+            return Ok(Self { output: Output::create(output, Kind::DRAWN_PICTURE, &[])?, draw: plot::png });
+        }
+        bail!("{} ends neither in .svg nor in .png: plots are drawn as SVG or PNG", output.display())
     }
-    if has_ending(output, "png") {
-        return Ok((Kind::DRAWN_PICTURE, plot::png));
+
+    /// Draws `sheet` and puts the file in its place.
+    pub fn draw(self, sheet: &Sheet) -> anyhow::Result<()> {
+        let Self { output, draw } = self;
+        output.write(|out| draw(sheet, out))
     }
-    bail!("{} ends neither in .svg nor in .png: plots are drawn as SVG or PNG", output.display())
 }
 
 /// Responses, and the map where there is one.
@@ -118,16 +129,16 @@ impl Subject {
         let find = |what: &str, names: &[String], wanted: Option<&String>| match wanted {
             None if names.is_empty() => bail!("{} holds no {what}", path.display()),
             None => Ok(0),
-            Some(wanted) => names.iter().position(|name| name == wanted).with_context(|| {
-                format!("{} has no {what} \"{wanted}\"; it has {}", path.display(), names.join(", "))
-            }),
+            Some(wanted) => {
+                place(names.iter().map(String::as_str), wanted, &format!("{} has no {what}", path.display()))
+                    .map_err(anyhow::Error::msg)
+            }
         };
         // A measurement is of one source at one receiver, whatever they are called.
         let named = |name: &'_ Option<String>| name.clone().filter(|_| !response.is_measured());
         let source = find("source", &response.source_names, named(&arguments.source).as_ref())?;
         let receiver = find("receiver", &response.receiver_names, named(&arguments.receiver).as_ref())?;
-        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { path: path.to_owned(), name, response, talk, source, receiver })
+        Ok(Self { path: path.to_owned(), name: stem(path), response, talk, source, receiver })
     }
 
     fn panel(&self, of: impl Fn(&Response, usize, usize) -> Panel) -> Panel {
@@ -154,11 +165,8 @@ impl Subject {
 
     /// The band with this nominal centre [Hz].
     fn band(&self, wanted: f64) -> anyhow::Result<usize> {
-        let centers = &self.response.center_frequency_hz;
-        centers.iter().position(|center| center.total_cmp(&wanted).is_eq()).with_context(|| {
-            let known: Vec<String> = centers.iter().map(ToString::to_string).collect();
-            format!("{} has no band of {wanted} Hz; it has {}", self.path.display(), known.join(", "))
-        })
+        let none = format!("{} has no band", self.path.display());
+        band(&self.response.center_frequency_hz, wanted, &none).map_err(anyhow::Error::msg)
     }
 
     fn parameters(&self) -> (String, ReceiverParameters) {

@@ -5,7 +5,7 @@ use std::io::Write;
 use anyhow::Context;
 use sonel_analysis::{Parameter, sensitivity};
 use sonel_console::Outcome;
-use sonel_console::progress::{Progress, ProgressSink};
+use sonel_console::progress::Progress;
 use sonel_design::sensitivity::{VariedMap, sensitivities};
 use sonel_renderer::RenderSettings;
 use sonel_study::response::receivers_of;
@@ -13,8 +13,6 @@ use sonel_study::response::receivers_of;
 use crate::arguments::{Format, SensitivityArguments};
 use crate::open;
 
-/// Steps of the progress bar.
-const STEPS: u64 = 1000;
 /// Parameters that are told.
 const WANTED: [Parameter; 4] =
     [Parameter::Level, Parameter::EarlyDecayTime, Parameter::T30, Parameter::ClarityC80];
@@ -28,14 +26,14 @@ pub fn run(arguments: &SensitivityArguments, quiet: bool, out: &mut dyn Write) -
     let scene = map.header().scene.clone();
     let receivers =
         if arguments.receivers.is_empty() { receivers_of(&scene) } else { arguments.receivers.clone() };
-    let progress =
-        Progress::begin("rendering", STEPS * scene.sources.len() as u64, ProgressSink::unless(quiet));
+    let progress = Progress::begin("rendering", quiet);
+    let sources = scene.sources.len() as f64;
     let (geometry, receivers) = (&geometry, &receivers[..]);
     let varied = VariedMap { map: &mut map, geometry, receivers, render: RenderSettings::default() };
-    let mut reach = |source, share| progress.reach(source as u64 * STEPS + (share * STEPS as f64) as u64);
+    let mut reach = |source: usize, share: f64| progress.reach((source as f64 + share) / sources);
     let found =
         sensitivities(varied, &WANTED, &mut reach).with_context(|| arguments.map.display().to_string())?;
-    progress.end();
+    drop(progress);
     let centers = scene.bands.nominal();
     match arguments.format {
         Format::Table => write!(out, "{}", sensitivity::tables(&found, &WANTED, centers))?,

@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use sonel::TemporaryMaps;
-use sonel_console::clock::CpuClock;
 use sonel_console::follower::Follower;
 use sonel_console::output::{self, Kind, Output};
-use sonel_console::progress::{Progress, ProgressSink};
-use sonel_console::{Log, Outcome};
+use sonel_console::progress::Progress;
+use sonel_console::{Log, Outcome, Stopwatch};
 use sonel_design::tradeoff::report::{self, Findings};
 use sonel_design::tradeoff::{Levels, Setting, Sweep, conduct, verdict};
 use sonel_drawing::plot::{self, Sheet};
@@ -23,8 +22,6 @@ use sonel_study::room_decay;
 
 use crate::arguments::{Property, Tradeoff};
 
-/// Steps of the progress bar.
-const PROGRESS_STEPS: f64 = 1000.0;
 /// Packets tried where they are varied, and where they are not.
 const PACKETS: [u64; 4] = [1_000, 4_000, 16_000, 64_000];
 const FIXED_PACKETS: u64 = 16_000;
@@ -49,13 +46,11 @@ pub fn run(
     if !problems.is_empty() {
         bail!("{}", problems.join("\nerror: "));
     }
-    let follower = Follower::new(ProgressSink::unless(quiet), log);
+    let follower = Follower::new(quiet, log);
     let loaded = follower.result(sonel::Scene::load(&arguments.scene, &follower))?;
     drop(follower);
     let (mut scene, geometry, inputs) = loaded.into_parts();
     let folder = &arguments.output;
-    // Whatever is wrong with the output shall be said before the work is done.
-    check_folder(folder, &inputs)?;
     if let Some(duration) = arguments.duration {
         scene = scene.with_duration(duration);
     }
@@ -73,17 +68,17 @@ pub fn run(
     }
     let room = Room::within(&scene, geometry, effects::states(&decisions, mode));
     let sweep = sweep(arguments, room.geometry());
-
-    if !folder.exists() {
-        std::fs::create_dir(folder)
-            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    // Whatever is wrong with the output shall be said before the work is done.
+    output::make_folder(folder)?;
+    for (name, kind) in FILES {
+        Output::create(&folder.join(name), kind, &inputs)?;
     }
-    let progress = Progress::begin("running", PROGRESS_STEPS as u64, ProgressSink::unless(quiet));
+
+    let progress = Progress::begin("running", quiet);
+    let mut reach = |share| progress.reach(share);
     let mut store = TemporaryMaps::new(folder.clone());
-    let conducted = conduct(&room, &receivers, &sweep, &mut store, &CpuClock, &mut |share| {
-        progress.reach((share * PROGRESS_STEPS) as u64);
-    });
-    progress.end();
+    let conducted = conduct(&room, &receivers, &sweep, &mut store, &Stopwatch::start(), &mut reach);
+    drop(progress);
     let tradeoff = conducted.with_context(|| format!("cannot run the settings in {}", folder.display()))?;
     let findings = Findings::of(&tradeoff);
     write_all(folder, &inputs, &findings)?;
@@ -103,15 +98,6 @@ const FILES: [(&str, Kind); 8] = [
     ("tradeoff.json", Kind::TRADEOFF_REPORT),
     ("README.md", Kind::TRADEOFF_PAGE),
 ];
-
-/// Checks that `folder` may be made or used, and that no file in it is lost.
-fn check_folder(folder: &Path, inputs: &[PathBuf]) -> anyhow::Result<()> {
-    output::check_folder(folder)?;
-    for (name, kind) in FILES {
-        output::check_target(&folder.join(name), kind, inputs)?;
-    }
-    Ok(())
-}
 
 fn write_all(folder: &Path, inputs: &[PathBuf], findings: &Findings<'_>) -> anyhow::Result<()> {
     let file = |name: &str, write: &dyn Fn(&mut dyn Write) -> anyhow::Result<()>| {
@@ -142,21 +128,17 @@ fn command() -> String {
 fn sweep(arguments: &Tradeoff, geometry: &Geometry) -> Sweep {
     let is_varied =
         |property| arguments.vary.contains(&property) || has_default_properties(arguments, property);
-    let levels = |property, given: Vec<f64>, usual: &[f64]| {
-        if given.is_empty() && is_varied(property) { usual.to_vec() } else { given }
-    };
-    let rays: Vec<u32> = arguments.rays.iter().map(|&rays| rays as u32).collect();
     let radii = RADII.map(|radius| two_places(radius * free_path(geometry)));
     let tried = Levels {
-        survival: levels(Property::Survival, arguments.survival.clone(), &SURVIVALS),
+        survival: or_usual(arguments.survival.clone(), is_varied(Property::Survival), &SURVIVALS),
         mode: or_usual(arguments.mode.clone(), is_varied(Property::Mode), &[Mode::Accurate, Mode::Paper]),
         estimator: or_usual(
             arguments.estimator.clone(),
             is_varied(Property::Estimator),
             &Estimator::COMPARABLE,
         ),
-        rays: or_usual(rays, is_varied(Property::Rays), &RAYS),
-        radius: levels(Property::Radius, arguments.radius.clone(), &radii),
+        rays: or_usual(arguments.rays.clone(), is_varied(Property::Rays), &RAYS),
+        radius: or_usual(arguments.radius.clone(), is_varied(Property::Radius), &radii),
     };
     let mut packets = or_usual(arguments.packets.clone(), is_varied(Property::Packets), &PACKETS);
     if packets.is_empty() {
@@ -216,8 +198,6 @@ fn problems(arguments: &Tradeoff) -> Vec<String> {
     complain(arguments.packets.contains(&0), "--packets 0 traces nothing: give at least 1");
     let outside = |survival: &f64| !(0.0..=1.0).contains(survival);
     complain(arguments.survival.iter().any(outside), "--survival is outside 0 … 1");
-    let impossible = |rays: &u64| *rays == 0 || *rays > u64::from(u32::MAX);
-    complain(arguments.rays.iter().any(impossible), "--rays must be at least 1 and below 2³²");
     let not_above_zero = |length: &f64| !(length.is_finite() && *length > 0.0);
     complain(arguments.radius.iter().any(not_above_zero), "--radius must be above 0");
     complain(arguments.duration.iter().any(not_above_zero), "--duration must be above 0 s");

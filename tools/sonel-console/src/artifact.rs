@@ -26,6 +26,12 @@ pub enum Artifact {
     Response,
 }
 
+/// The name of the file in `path` without its ending.
+#[must_use]
+pub fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
 /// What the file in `path` is; [`None`] where it is neither.
 ///
 /// # Errors

@@ -1,30 +1,9 @@
 //! Seconds for the libraries, which read no clock themselves.
 
-use std::sync::LazyLock;
 use std::time::Instant;
 
 use cpu_time::{ProcessTime, ThreadTime};
 use sonel_study::pipeline::Clock;
-
-/// The time since the first question, and the CPU time of this process and of its threads.
-#[derive(Debug, Clone, Copy)]
-pub struct CpuClock;
-
-static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
-
-impl Clock for CpuClock {
-    fn wall(&self) -> f64 {
-        BEGIN.elapsed().as_secs_f64()
-    }
-
-    fn process(&self) -> f64 {
-        ProcessTime::now().as_duration().as_secs_f64()
-    }
-
-    fn thread(&self) -> f64 {
-        ThreadTime::now().as_duration().as_secs_f64()
-    }
-}
 
 /// Seconds since its start, on the wall and of the processor.
 #[derive(Debug)]

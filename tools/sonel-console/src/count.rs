@@ -1,4 +1,4 @@
-//! Counts as people write them: `1000000`, `1e6`, `1M`, `500k`.
+//! Counts as people write them: `1000000`, `1e6`, `1M`, `500k`; and several numbers in one word.
 
 /// Parses a count.
 ///
@@ -18,6 +18,23 @@ pub fn parse_count(text: &str) -> Result<u64, String> {
     let value = digits.parse::<f64>().map_err(|_| wrong())? * scale;
     let whole = value.is_finite() && value >= 0.0 && value.fract() <= 0.0 && value < 9e15;
     if whole { Ok(value as u64) } else { Err(wrong()) }
+}
+
+/// Parses a number of rays.
+///
+/// # Errors
+/// A sentence for the user where `text` is not a count of at least one, or too large.
+pub fn parse_rays(text: &str) -> Result<u32, String> {
+    let rays = u32::try_from(parse_count(text)?).ok().filter(|rays| *rays > 0);
+    rays.ok_or_else(|| format!("give 1 … {} rays", u32::MAX))
+}
+
+/// N finite numbers with a `separator` between them; none where `text` is anything else.
+#[must_use]
+pub fn numbers<const N: usize>(text: &str, separator: char) -> Option<[f64; N]> {
+    let finite = |part: &str| part.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    let numbers: Option<Vec<f64>> = text.split(separator).map(finite).collect();
+    numbers?.try_into().ok()
 }
 
 #[cfg(test)]

@@ -6,17 +6,15 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use sonel::{Clock, Observer, Severity};
 
-use crate::progress::{Progress, ProgressSink};
+use crate::progress::Progress;
 use crate::{Log, Stopwatch, in_words, spelled};
 
-/// Steps of a progress bar.
-const STEPS: f64 = 1000.0;
 /// A step that cannot say how far it is.
 const READING: &str = "reading";
 
 /// Shows the progress of work and writes what it says to a log. Work stops when nobody reads the log any more.
 pub struct Follower<'a> {
-    progress: ProgressSink,
+    quiet: bool,
     state: Mutex<State<'a>>,
     watch: Stopwatch,
     /// Whether single defaults are written.
@@ -31,10 +29,10 @@ struct State<'a> {
 }
 
 impl<'a> Follower<'a> {
-    /// Follows work from now on.
-    pub fn new<'b: 'a>(progress: ProgressSink, log: &'a mut Log<'b>) -> Self {
+    /// Follows work from now on, without a bar for a program that is `quiet`.
+    pub fn new<'b: 'a>(quiet: bool, log: &'a mut Log<'b>) -> Self {
         let state = State { log, failed: None, shown: None };
-        Self { progress, state: Mutex::new(state), watch: Stopwatch::start(), is_verbose: false }
+        Self { quiet, state: Mutex::new(state), watch: Stopwatch::start(), is_verbose: false }
     }
 
     /// Also writes every default on a line, if `is_verbose`.
@@ -78,19 +76,17 @@ impl Observer for Follower<'_> {
         let mut state = self.state();
         if state.shown.as_ref().is_none_or(|(shown, _)| shown != step) && share < 1.0 {
             let bar = match step {
-                READING => Progress::wait(READING, self.progress),
-                _ => Progress::begin(step.to_owned(), STEPS as u64, self.progress),
+                READING => Progress::wait(READING, self.quiet),
+                _ => Progress::begin(step.to_owned(), self.quiet),
             };
             state.shown = Some((step.to_owned(), bar));
         }
         if share >= 1.0 {
-            if let Some((_, bar)) = state.shown.take() {
-                bar.end();
-            }
+            state.shown = None;
         } else if let Some((_, bar)) = &state.shown
             && step != READING
         {
-            bar.reach((share * STEPS) as u64);
+            bar.reach(share);
         }
         ControlFlow::Continue(())
     }

@@ -14,10 +14,10 @@ use sonel_echogram::{Response, SourceChange};
 pub struct HeardArguments {
     /// Background noise: a curve such as NR-35 or NC-30, or levels in the octaves 125 … 8000 Hz [dB re 20 µPa], seven numbers with commas
     /// between. Adds U50 and signal-to-noise ratio; the speech transmission index then includes noise, masking and the reception threshold.
-    #[arg(long, value_name = "CURVE|L125,…,L8000", value_parser = noise, allow_hyphen_values = true)]
+    #[arg(long, value_name = "CURVE|L125,…,L8000", value_parser = noise_level_db, allow_hyphen_values = true)]
     pub noise: Option<[f64; 7]>,
     /// Speech: normal, raised, loud, shouted, iec, or power levels in these octaves [dB re 1 pW] [default: those of the source].
-    #[arg(long, value_name = "EFFORT|LW125,…,LW8000", value_parser = speech, allow_hyphen_values = true, requires = "noise")]
+    #[arg(long, value_name = "EFFORT|LW125,…,LW8000", value_parser = speech_power_level_db, allow_hyphen_values = true, requires = "noise")]
     pub speech: Option<[f64; 7]>,
     /// All sources as one system: energies are added, time zero is the first direct sound. Lateral parameters are left out.
     #[arg(long)]
@@ -111,22 +111,6 @@ fn within(
         bail!("{what} of \"{name}\": {value} {unit} is outside {low} … {high} {unit}");
     }
     Ok(())
-}
-
-/// Reads `--noise`.
-///
-/// # Errors
-/// A sentence that says what is right.
-pub fn noise(text: &str) -> Result<[f64; 7], String> {
-    noise_level_db(text)
-}
-
-/// Reads `--speech`.
-///
-/// # Errors
-/// A sentence that says what is right.
-pub fn speech(text: &str) -> Result<[f64; 7], String> {
-    speech_power_level_db(text)
 }
 
 fn number(text: &str) -> Result<(String, f64), String> {

@@ -8,9 +8,11 @@ mod portable;
 #[cfg(all(unix, not(sonel_portable)))]
 mod unix;
 
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 #[cfg(any(not(unix), sonel_portable))]
 use portable as system;
@@ -87,7 +89,9 @@ fn files() -> MutexGuard<'static, Vec<PathBuf>> {
 /// # Errors
 /// When the system refuses.
 pub fn remove_unfinished_files() -> std::io::Result<()> {
-    system::handle(interrupted)
+    system::handle(interrupted)?;
+    IS_HANDLED.store(true, Ordering::SeqCst);
+    Ok(())
 }
 
 /// Ends the program after a signal, or after what `failure` says.
@@ -102,10 +106,36 @@ fn interrupted(signal: i32, failure: Option<&str>) -> ! {
     }
 }
 
+/// Whether interruptions are handled.
+static IS_HANDLED: AtomicBool = AtomicBool::new(false);
+/// Whether a thread ends the program.
+static IS_ENDING: AtomicBool = AtomicBool::new(false);
+
+thread_local! {
+    /// Whether it is this one.
+    static ENDS_HERE: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Says that this thread ends the program. Returns once: another thread waits for the end, and this one, which failed at it, ends at once.
+fn end_here() {
+    if ENDS_HERE.replace(true) {
+        system::fail();
+    }
+    if IS_ENDING.swap(true, Ordering::SeqCst) {
+        stay();
+    }
+}
+
+fn stay() -> ! {
+    loop {
+        std::thread::sleep(Duration::from_secs(1));
+    }
+}
+
 /// Removes unfinished files and ends the program; one of several threads does.
 fn end(message: std::fmt::Arguments<'_>, code: i32) -> ! {
     use std::io::{IsTerminal, Write};
-    system::end_here();
+    end_here();
     // Held to the end, so that no file is begun or finished meanwhile. Who holds it may wait for ever: then files stay, and the next run removes them.
     let files = (0..ATTEMPTS).find_map(|_| UNFINISHED.try_lock().ok().or_else(pause));
     for file in files.iter().flat_map(|files| files.iter()) {
@@ -123,7 +153,7 @@ fn end(message: std::fmt::Arguments<'_>, code: i32) -> ! {
 const ATTEMPTS: usize = 100;
 
 fn pause<T>() -> Option<T> {
-    std::thread::sleep(std::time::Duration::from_millis(10));
+    std::thread::sleep(Duration::from_millis(10));
     None
 }
 
@@ -132,7 +162,7 @@ const LESS: &str = "take fewer --threads or a wider --bin, divide the run or its
 
 /// Ends the program because so many `bytes` of memory were refused; returns where it handles no interruptions.
 pub(crate) fn out_of_memory(bytes: usize) {
-    if system::is_handled() {
+    if IS_HANDLED.load(Ordering::SeqCst) {
         end(format_args!("not enough memory ({bytes} bytes more): {LESS}"), 2);
     }
 }

@@ -10,12 +10,12 @@ pub mod follower;
 pub mod heard;
 pub mod inputs;
 pub mod interrupt;
-pub mod maps;
 mod memory;
 pub mod output;
 pub mod progress;
 pub mod receiver;
 pub mod shard;
+pub mod table;
 pub mod time;
 pub mod uncertainty;
 
@@ -223,6 +223,17 @@ fn log_stream(quiet: bool) -> Box<Log<'static>> {
 
 /// Most threads of a program: far more than cores only cost memory and switches.
 const MOST_THREADS: usize = 1024;
+
+/// Options that every program has.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Common {
+    /// Print only errors on stderr.
+    #[arg(long)]
+    pub quiet: bool,
+    /// Threads; by default all cores. The result does not depend on it.
+    #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
+    pub threads: Option<usize>,
+}
 
 /// Parses a number of threads.
 ///

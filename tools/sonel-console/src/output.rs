@@ -25,77 +25,64 @@ pub struct Kind {
     name: &'static str,
     /// The usual ending of a name; other names are allowed where they are not usual for another kind.
     ending: &'static str,
-    begin: Begin,
-}
-
-/// How files of a kind begin.
-#[derive(Debug, Clone, Copy)]
-enum Begin {
-    With(&'static [u8]),
-    Like(fn(&[u8]) -> bool),
-    /// Users edit them: none is replaced.
-    Edited,
+    /// Whether a file of the kind begins so; none where users edit them: none is replaced.
+    is_begin: Option<fn(&[u8]) -> bool>,
 }
 
 impl Kind {
-    const fn with(name: &'static str, ending: &'static str, begin: &'static [u8]) -> Self {
-        Self { name, ending, begin: Begin::With(begin) }
-    }
-
-    const fn like(name: &'static str, ending: &'static str, begin: fn(&[u8]) -> bool) -> Self {
-        Self { name, ending, begin: Begin::Like(begin) }
-    }
-
-    fn is_begun_by(self, begin: &[u8]) -> bool {
-        match self.begin {
-            Begin::With(known) => begin.starts_with(known),
-            Begin::Like(is_known) => is_known(begin),
-            Begin::Edited => false,
-        }
+    const fn new(name: &'static str, ending: &'static str, is_begin: fn(&[u8]) -> bool) -> Self {
+        Self { name, ending, is_begin: Some(is_begin) }
     }
 
     /// What `sonel-trace new` writes. A scene file is edited, so that none is replaced.
-    pub const SCENE: Self = Self { name: "a scene file", ending: "toml", begin: Begin::Edited };
+    pub const SCENE: Self = Self { name: "a scene file", ending: "toml", is_begin: None };
     /// What fit and optimise write: never a file edited by hand, whose first line is another.
-    pub const MATERIALS: Self = Self::with("materials written by sonel-analyze", "toml", b"# sonel-analyze ");
+    pub const MATERIALS: Self = Self::new("materials written by sonel-analyze", "toml", |begin| {
+        begin.starts_with(b"# sonel-analyze ")
+    });
     /// What `sonel-trace check --fix` writes.
     pub const REPAIRED_MESH: Self =
-        Self::with("a mesh repaired by sonel-trace", "obj", FIRST_LINE.as_bytes());
+        Self::new("a mesh repaired by sonel-trace", "obj", |begin| begin.starts_with(FIRST_LINE.as_bytes()));
     /// What sonel-trace and merge write.
-    pub const MAP: Self = Self::with("a sonel map", "sonelmap", b"SONELMAP");
+    pub const MAP: Self = Self::new("a sonel map", "sonelmap", |begin| begin.starts_with(b"SONELMAP"));
     /// What sonel-render writes.
     pub const RESPONSE: Self =
-        Self::like("a response", "npz", |begin| is_archive(begin, "format_version.npy"));
+        Self::new("a response", "npz", |begin| is_archive(begin, "format_version.npy"));
     /// What export writes for numpy.
     pub const SONEL_ARCHIVE: Self =
-        Self::like("a numpy archive of sonels", "npz", |begin| is_archive(begin, "center_frequency_hz.npy"));
+        Self::new("a numpy archive of sonels", "npz", |begin| is_archive(begin, "center_frequency_hz.npy"));
     /// What export writes for spreadsheets.
-    pub const SONEL_TABLE: Self = Self::with("a CSV file of sonels", "csv", b"source,emission,");
+    pub const SONEL_TABLE: Self =
+        Self::new("a CSV file of sonels", "csv", |begin| begin.starts_with(b"source,emission,"));
     /// What export writes of a response.
-    pub const ECHOGRAM_TABLE: Self =
-        Self::with("a CSV file of echograms", "csv", b"source,receiver,center_frequency_hz,begin_s,");
+    pub const ECHOGRAM_TABLE: Self = Self::new("a CSV file of echograms", "csv", |begin| {
+        begin.starts_with(b"source,receiver,center_frequency_hz,begin_s,")
+    });
     /// What sonel-view and report write.
-    pub const PAGE: Self = Self::like("a page of sonel-view", "html", |begin| {
+    pub const PAGE: Self = Self::new("a page of sonel-view", "html", |begin| {
         String::from_utf8_lossy(begin).contains("content=\"sonel-view\"")
     });
     /// What render --wav and listen write: 32-bit float samples. Recordings of integers are never taken for it.
-    pub const SOUND: Self = Self::like("a WAV file of 32-bit float samples", "wav", is_float_sound);
+    pub const SOUND: Self = Self::new("a WAV file of 32-bit float samples", "wav", is_float_sound);
     /// What plot and tradeoff draw.
-    pub const DRAWING: Self =
-        Self::with("a drawing of sonel-analyze (SVG)", "svg", b"<!-- sonel-analyze -->");
+    pub const DRAWING: Self = Self::new("a drawing of sonel-analyze (SVG)", "svg", |begin| {
+        begin.starts_with(b"<!-- sonel-analyze -->")
+    });
     /// What image writes for programs.
-    pub const PICTURE: Self = Self::like("a picture of sonel-analyze (OpenEXR)", "exr", |begin| {
+    pub const PICTURE: Self = Self::new("a picture of sonel-analyze (OpenEXR)", "exr", |begin| {
         is_picture(begin, b"\x76\x2f\x31\x01")
     });
     /// What image draws.
     pub const DRAWN_PICTURE: Self =
-        Self::like("a picture of sonel-analyze (PNG)", "png", |begin| is_picture(begin, b"\x89PNG"));
+        Self::new("a picture of sonel-analyze (PNG)", "png", |begin| is_picture(begin, b"\x89PNG"));
     /// Tables of tradeoff.
-    pub const TRADEOFF_TABLE: Self = Self::with("a table of tradeoff", "csv", b"setting,");
+    pub const TRADEOFF_TABLE: Self =
+        Self::new("a table of tradeoff", "csv", |begin| begin.starts_with(b"setting,"));
     /// The report of tradeoff for programs.
-    pub const TRADEOFF_REPORT: Self = Self::with("a report of tradeoff", "json", b"{\n  \"scene\"");
+    pub const TRADEOFF_REPORT: Self =
+        Self::new("a report of tradeoff", "json", |begin| begin.starts_with(b"{\n  \"scene\""));
     /// The report of tradeoff for people.
-    pub const TRADEOFF_PAGE: Self = Self::like("a page of tradeoff", "md", |begin| {
+    pub const TRADEOFF_PAGE: Self = Self::new("a page of tradeoff", "md", |begin| {
         let line = begin.split(|&byte| byte == b'\n').next().unwrap_or_default();
         String::from_utf8_lossy(line).ends_with(": what accuracy costs")
     });
@@ -140,10 +127,7 @@ pub struct Output {
 }
 
 /// Checks that `target` may be written: it is none of the `inputs`, and where it exists an earlier output of this `kind` or empty.
-///
-/// # Errors
-/// What is wrong with it.
-pub fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Result<()> {
+fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Result<()> {
     if target.as_os_str() == "-" || target.parent() == Some(Path::new("/dev")) {
         bail!(
             "{} is a stream or device, outputs are files: choose another output (./- for a file called -)",
@@ -178,17 +162,13 @@ pub fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Re
     let mut begin = Vec::new();
     let read = File::open(target).and_then(|file| file.take(LONGEST_BEGIN).read_to_end(&mut begin));
     read.with_context(|| format!("cannot read {}, which would be replaced", target.display()))?;
-    if !begin.is_empty() && !kind.is_begun_by(&begin) {
-        if matches!(kind.begin, Begin::Edited) {
-            bail!("{} exists: delete it first, or choose another output", target.display());
-        }
-        bail!(
-            "{} exists and is not {}: delete it first, or choose another output",
-            target.display(),
-            kind.name
-        );
-    }
-    Ok(())
+    let what = match kind.is_begin {
+        _ if begin.is_empty() => return Ok(()),
+        Some(is_begin) if is_begin(&begin) => return Ok(()),
+        Some(_) => format!("exists and is not {}", kind.name),
+        None => "exists".to_owned(),
+    };
+    bail!("{} {what}: delete it first, or choose another output", target.display())
 }
 
 /// Checks that `target` names a file.
@@ -213,20 +193,18 @@ pub fn check_place(target: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Checks that files can be written in `folder`, or that it can be made.
+/// Makes the `folder` of outputs where there is none: one that cannot be made shall be found before the work is done.
 ///
 /// # Errors
-/// When it is no folder or cannot be written, or the folder that it would be made in.
-pub fn check_folder(folder: &Path) -> anyhow::Result<()> {
+/// When it is no folder, or cannot be made.
+pub fn make_folder(folder: &Path) -> anyhow::Result<()> {
     if folder.exists() && !folder.is_dir() {
         bail!("{} is not a folder: choose another one", folder.display());
     }
-    let existing = if folder.exists() { folder } else { folder_of(folder) };
-    if !existing.is_dir() {
-        bail!("the folder {} does not exist: create it first", existing.display());
+    if !folder.exists() {
+        std::fs::create_dir(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
-    let attempt = tempfile::tempfile_in(existing);
-    attempt.with_context(|| format!("cannot write in {}: choose another folder", existing.display()))?;
     Ok(())
 }
 
@@ -252,7 +230,9 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-fn folder_of(target: &Path) -> &Path {
+/// The folder of a file.
+#[must_use]
+pub fn folder_of(target: &Path) -> &Path {
     target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
@@ -283,7 +263,7 @@ fn remove_stale(target: &Path) {
 
 impl Output {
     /// Begins an output of some `kind` that will be `target`, and removes what earlier runs that were killed left of it.
-    /// `inputs` are the files that the program reads.
+    /// `inputs` are files that are read beside those that the command line names.
     ///
     /// # Errors
     /// When `target` is an input, an existing file of another kind, or no regular file, or its folder cannot be written.
@@ -311,8 +291,8 @@ impl Output {
     ///
     /// # Errors
     /// The errors of [`Self::create`].
-    pub fn try_create(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Result<()> {
-        Self::create(target, kind, inputs).map(drop)
+    pub fn try_create(target: &Path, kind: Kind) -> anyhow::Result<()> {
+        Self::create(target, kind, &[]).map(drop)
     }
 
     /// Where it will be.
@@ -383,8 +363,9 @@ impl Output {
     }
 }
 
-/// What an output says that cannot be written.
-fn failed(target: &Path) -> String {
+/// What is said of an output that cannot be written.
+#[must_use]
+pub fn failed(target: &Path) -> String {
     format!("cannot write {}; an older file there is untouched", target.display())
 }
 
@@ -487,19 +468,19 @@ mod tests {
     }
 
     #[test]
-    fn folders_are_checked_before_they_are_made() {
+    fn folders_are_made_where_they_can_be() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         std::fs::write(path("file"), "").unwrap();
-        check_folder(folder.path()).unwrap();
-        check_folder(&path("new")).unwrap();
-        for (name, problem) in [("file", "is not a folder"), ("no/new", "does not exist")] {
-            let error = check_folder(&path(name)).unwrap_err();
+        make_folder(folder.path()).unwrap();
+        make_folder(&path("made")).unwrap();
+        for (name, problem) in [("file", "is not a folder"), ("no/new", "cannot make the folder")] {
+            let error = make_folder(&path(name)).unwrap_err();
             assert!(error.to_string().contains(problem), "{name}: {error}");
         }
         let error = Output::create(&path("new/"), Kind::MAP, &[]).unwrap_err();
         assert!(error.to_string().contains("add a file name"), "{error}");
-        assert_eq!(names(folder.path()), ["file"]);
+        assert!(path("made").is_dir() && names(folder.path()).len() == 2);
     }
 
     #[cfg(unix)]

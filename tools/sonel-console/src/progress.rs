@@ -5,68 +5,48 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Where the progress of long work is shown.
-#[derive(Debug, Clone, Copy)]
-pub enum ProgressSink {
-    /// On the terminal, if stderr is one.
-    Terminal,
-    /// Nowhere.
-    Nobody,
-}
-
-impl ProgressSink {
-    /// The terminal, unless a program is `quiet`.
-    #[must_use]
-    pub fn unless(quiet: bool) -> Self {
-        if quiet { Self::Nobody } else { Self::Terminal }
-    }
-}
-
+/// Steps of a bar.
+const STEPS: f64 = 1000.0;
 /// How often the seconds of waiting are drawn.
 const TICK: Duration = Duration::from_millis(200);
 
-fn bar(what: Cow<'static, str>, total: Option<u64>, progress: ProgressSink, template: &str) -> ProgressBar {
-    let target = match progress {
-        ProgressSink::Terminal => ProgressDrawTarget::stderr(),
-        ProgressSink::Nobody => ProgressDrawTarget::hidden(),
-    };
-    let style = ProgressStyle::with_template(template).expect("a constant template").progress_chars("=> ");
-    ProgressBar::with_draw_target(total, target).with_style(style).with_message(what)
-}
-
-/// Progress of one long piece of work.
+/// Progress of one long piece of work, shown until it is dropped: on the terminal, if stderr is one and the program is not `quiet`.
 #[derive(Debug)]
-pub struct Progress {
-    bar: ProgressBar,
-}
+pub struct Progress(ProgressBar);
 
 impl Progress {
-    /// Begins `total` steps of `what`. Nothing is drawn where stderr is no terminal.
+    /// Begins `what`.
     #[must_use]
-    pub fn begin(what: impl Into<Cow<'static, str>>, total: u64, progress: ProgressSink) -> Self {
-        let bar =
-            bar(what.into(), Some(total), progress, "{msg:>10} [{bar:40}] {percent:>3} % {eta:>6} left");
-        Self { bar }
+    pub fn begin(what: impl Into<Cow<'static, str>>, quiet: bool) -> Self {
+        Self::drawn(what, Some(STEPS as u64), quiet, "{msg:>10} [{bar:40}] {percent:>3} % {eta:>6} left")
     }
 
     /// Begins work that cannot say how far it is: the seconds since are shown.
     #[must_use]
-    pub fn wait(what: &'static str, progress: ProgressSink) -> Self {
-        let bar = bar(what.into(), None, progress, "{msg:>10} {spinner} {elapsed}");
+    pub fn wait(what: &'static str, quiet: bool) -> Self {
+        let begun = Self::drawn(what, None, quiet, "{msg:>10} {spinner} {elapsed}");
         // It takes a thread.
-        if !bar.is_hidden() {
-            bar.enable_steady_tick(TICK);
+        if !begun.0.is_hidden() {
+            begun.0.enable_steady_tick(TICK);
         }
-        Self { bar }
+        begun
     }
 
-    /// `done` steps are done.
-    pub fn reach(&self, done: u64) {
-        self.bar.set_position(done);
+    fn drawn(what: impl Into<Cow<'static, str>>, steps: Option<u64>, quiet: bool, template: &str) -> Self {
+        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let style =
+            ProgressStyle::with_template(template).expect("a constant template").progress_chars("=> ");
+        Self(ProgressBar::with_draw_target(steps, target).with_style(style).with_message(what))
     }
 
-    /// Removes the bar.
-    pub fn end(self) {
-        self.bar.finish_and_clear();
+    /// A `share` of it, 0 … 1, is done.
+    pub fn reach(&self, share: f64) {
+        self.0.set_position((share * STEPS) as u64);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
     }
 }

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use sonel::{Air, Audience, Change, Estimator, Grid, ReceiverPoint, RenderOptions, ShardRange, Targets};
+use sonel_console::Common;
 use sonel_console::choices::{diffraction, estimator};
-use sonel_console::count::parse_count;
-use sonel_console::parse_threads;
+use sonel_console::count::{parse_count, parse_rays};
 use sonel_console::receiver::parse_receiver;
 use sonel_console::shard::parse_shard;
 use sonel_console::time::parse_time;
@@ -157,12 +157,9 @@ pub struct Arguments {
     /// Print shares per path class, estimators, points left out of the grid and timings as JSON.
     #[arg(long)]
     pub json: bool,
-    /// Print only errors on stderr.
-    #[arg(long)]
-    pub quiet: bool,
-    /// Threads; by default all cores. The result does not depend on it.
-    #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
-    pub threads: Option<usize>,
+    /// Options of every program.
+    #[command(flatten)]
+    pub common: Common,
 }
 
 /// Reads a distance between places.
@@ -211,11 +208,6 @@ impl Arguments {
 fn parse_change(text: &str) -> Result<Change, String> {
     let (name, value) = text.split_once('=').unwrap_or((text, ""));
     Change::parse(name, value)
-}
-
-fn parse_rays(text: &str) -> Result<u32, String> {
-    let rays = u32::try_from(parse_count(text)?).ok().filter(|rays| *rays > 0);
-    rays.ok_or_else(|| format!("give 1 … {} rays", u32::MAX))
 }
 
 #[cfg(test)]

@@ -8,14 +8,14 @@ mod walk;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{Error, bail};
 use serde_json::{Value, json};
+use sonel::names::place;
 use sonel::plan as tables;
-use sonel::{Change, ClassShare, Map, RenderOptions, Rendered};
+use sonel::{ClassShare, Map, RenderOptions, Rendered};
 use sonel_analysis::report;
 use sonel_console::follower::Follower;
 use sonel_console::output::{self, Kind, Output};
-use sonel_console::progress::ProgressSink;
 use sonel_console::quantity::counted;
 use sonel_console::{Log, Outcome, use_threads};
 
@@ -29,8 +29,8 @@ pub use sound::{SoundArguments, SoundFiles};
 /// # Errors
 /// When the map is damaged, a receiver impossible, or the output cannot be written.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
-    let follower = Follower::new(ProgressSink::unless(arguments.quiet), log);
-    use_threads(arguments.threads)?;
+    let follower = Follower::new(arguments.common.quiet, log);
+    use_threads(arguments.common.threads)?;
     let map = follower.result(Map::open(&arguments.map))?;
     let mut given = arguments.receivers.clone();
     if let Some(path) = &arguments.receivers_file {
@@ -43,18 +43,17 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     let prepared = follower.result(map.prepare(&given, &options, &follower))?;
     let receivers = counted(prepared.receivers().len(), "receiver");
     // Whatever is wrong with the output shall be said before the work is done.
-    let inputs = inputs(arguments);
-    let create = |target: &Path| Output::create(target, Kind::RESPONSE, &inputs);
+    let create = |target: &Path| Output::create(target, Kind::RESPONSE, &[]);
     let output = arguments.output.as_deref().map(create).transpose()?;
     let variants = variants(arguments, scene)?;
     let further = variants.iter().map(|(_, path)| create(path)).collect::<anyhow::Result<Vec<_>>>()?;
-    let names: Vec<&str> = prepared.receivers().iter().map(|receiver| receiver.name.as_str()).collect();
-    let sources: Vec<&str> = scene.sources.iter().map(|source| source.name.as_str()).collect();
+    let names = prepared.receivers().iter().map(|receiver| receiver.name.as_str());
+    let sources = scene.sources.iter().map(|source| source.name.as_str());
     let sounds = match &walk {
         Some(_) => None,
-        None => SoundFiles::of(&arguments.sound, &sources, &names, &inputs)?,
+        None => SoundFiles::of(&arguments.sound, sources, names)?,
     };
-    walk.as_ref().map(|walk| walk.check(&inputs)).transpose()?;
+    walk.as_ref().map(Walk::check).transpose()?;
     let plan = arguments.plan.then(|| follower.result(prepared.plan(&follower))).transpose()?;
     if let Some(plan) = plan.as_ref().filter(|_| !arguments.json) {
         write!(out, "{}", tables::map_table(plan, map.label()))?;
@@ -83,7 +82,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         complete.extend(sounds.complete(&rendered.response, None)?);
     }
     if let Some(walk) = &walk {
-        complete.extend(walk.complete(&rendered.response, &inputs, arguments.seed)?);
+        complete.extend(walk.complete(&rendered.response, arguments.seed)?);
     }
     output::publish(complete)?;
     if let (Some(walk), Some(folder)) = (&walk, &arguments.sound.wav) {
@@ -135,9 +134,8 @@ fn variants(arguments: &Arguments, scene: &sonel_scene::Scene) -> anyhow::Result
     if let Some(twice) = names.iter().enumerate().find(|(at, name)| names[..*at].contains(name)) {
         bail!("variant \"{}\" is asked for twice", twice.1);
     }
-    if let Some(unknown) = names.iter().find(|name| !known.contains(name)) {
-        let known: Vec<String> = known.iter().map(|name| format!("\"{name}\"")).collect();
-        bail!("the map has no variant \"{unknown}\"; it has {}", known.join(", "));
+    for name in &names {
+        place(known.iter().map(|name| name.as_str()), name, "the map has no variant").map_err(Error::msg)?;
     }
     let (stem, ending) = (output.file_stem().unwrap_or_default(), output.extension());
     let path = |name: &String| {
@@ -150,19 +148,6 @@ fn variants(arguments: &Arguments, scene: &sonel_scene::Scene) -> anyhow::Result
         (name.clone(), output.with_file_name(file))
     };
     Ok(names.into_iter().map(path).collect())
-}
-
-/// The files that are read.
-fn inputs(arguments: &Arguments) -> Vec<PathBuf> {
-    std::iter::once(&arguments.map)
-        .chain(&arguments.receivers_file)
-        .chain(&arguments.materials)
-        .chain(arguments.sound.inputs())
-        .chain(&arguments.path)
-        .chain(&arguments.recording)
-        .cloned()
-        .chain(arguments.set.iter().filter_map(Change::file))
-        .collect()
 }
 
 /// Logs the shares of the path classes, what is to be warned of, and what became of a plan.

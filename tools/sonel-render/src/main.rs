@@ -6,5 +6,5 @@ use sonel_console::{parse, run_to_exit};
 
 fn main() -> ExitCode {
     let arguments = parse::<sonel_render::Arguments>();
-    run_to_exit(arguments.quiet, |out, log| sonel_render::run(&arguments, out, log))
+    run_to_exit(arguments.common.quiet, |out, log| sonel_render::run(&arguments, out, log))
 }

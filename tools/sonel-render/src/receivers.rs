@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, bail};
+use csv::StringRecord;
 use glam::DVec3;
 use sonel::ReceiverPoint;
 use sonel_console::input;
@@ -15,40 +16,45 @@ pub fn read_file(path: &Path) -> anyhow::Result<Vec<ReceiverPoint>> {
         let receivers = sonel_scene::load_receivers(&text, &label)?;
         return Ok(receivers.into_iter().map(|receiver| ReceiverPoint::from(&receiver)).collect());
     }
-    read_csv(&text, &label)
+    receivers(&text, &label)
 }
 
-fn read_csv(text: &str, label: &str) -> anyhow::Result<Vec<ReceiverPoint>> {
-    let mut reader =
-        csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
-    let header: Vec<String> = reader.headers()?.iter().map(str::to_lowercase).collect();
-    if header != ["name", "x", "y", "z"] {
-        bail!("{label}:1: the header is \"{}\"; it must be \"name,x,y,z\"", header.join(","));
-    }
-    let (mut receivers, mut problems) = (Vec::new(), Vec::new());
-    for record in reader.records() {
-        match record {
-            Ok(record) => {
-                let line = record.position().map_or(0, csv::Position::line);
-                let numbers: Vec<f64> =
-                    record.iter().skip(1).filter_map(|field| field.parse().ok()).collect();
-                match (numbers[..].try_into(), record[0].is_empty()) {
-                    (Ok(position), false) => {
-                        receivers.push(ReceiverPoint::omni(&record[0], DVec3::from_array(position)));
-                    }
-                    _ => problems.push(format!("{label}:{line}: write a name and three numbers")),
-                }
-            }
-            Err(error) => problems.push(format!("{label}: {error}")),
-        }
-    }
-    if !problems.is_empty() {
-        bail!("{}", problems.join("\nerror: "));
-    }
+fn receivers(text: &str, label: &str) -> anyhow::Result<Vec<ReceiverPoint>> {
+    let right = "a name and three numbers";
+    let receivers = read_csv(text, label, ["name", "x", "y", "z"], right, |record| {
+        let numbers: Vec<f64> = record.iter().skip(1).filter_map(|field| field.parse().ok()).collect();
+        let position = numbers[..].try_into().ok()?;
+        (!record[0].is_empty()).then(|| ReceiverPoint::omni(&record[0], DVec3::from_array(position)))
+    })?;
     if receivers.is_empty() {
-        bail!("{label}: no receivers; write a line with a name and three numbers below the header");
+        bail!("{label}: no receivers; write a line with {right} below the header");
     }
     Ok(receivers)
+}
+
+/// What `read` makes of each row of a CSV file below its `header`. A row that it makes nothing of is not what is `right`.
+pub fn read_csv<T>(
+    text: &str,
+    label: &str,
+    header: [&str; 4],
+    right: &str,
+    read: impl Fn(&StringRecord) -> Option<T>,
+) -> anyhow::Result<Vec<T>> {
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
+    let found: Vec<String> = reader.headers()?.iter().map(str::to_lowercase).collect();
+    if found != header {
+        bail!("{label}:1: the header is \"{}\"; it must be \"{}\"", found.join(","), header.join(","));
+    }
+    let (mut rows, mut problems) = (Vec::new(), Vec::new());
+    for record in reader.records() {
+        let row = record.map_err(|error| format!("{label}: {error}")).and_then(|record| {
+            let line = record.position().map_or(0, csv::Position::line);
+            read(&record).ok_or_else(|| format!("{label}:{line}: write {right}"))
+        });
+        row.map_or_else(|problem| problems.push(problem), |row| rows.push(row));
+    }
+    if problems.is_empty() { Ok(rows) } else { bail!("{}", problems.join("\nerror: ")) }
 }
 
 #[cfg(test)]
@@ -57,7 +63,7 @@ mod tests {
 
     #[test]
     fn csv_receivers_are_read() {
-        let receivers = read_csv("name, x, y, z\nseat 1, 1, 2.5, -3\n", "seats.csv").unwrap();
+        let receivers = receivers("name, x, y, z\nseat 1, 1, 2.5, -3\n", "seats.csv").unwrap();
         assert_eq!(receivers[0].name, "seat 1");
         assert_eq!(receivers[0].position, DVec3::new(1.0, 2.5, -3.0));
     }
@@ -65,15 +71,15 @@ mod tests {
     #[test]
     fn every_bad_line_is_named() {
         let error =
-            read_csv("name,x,y,z\na,1,2,x\nb,1,2,3\n,1,2,3\nc,1,2\n", "seats.csv").unwrap_err().to_string();
+            receivers("name,x,y,z\na,1,2,x\nb,1,2,3\n,1,2,3\nc,1,2\n", "seats.csv").unwrap_err().to_string();
         assert!(
             error.contains("seats.csv:2:")
                 && error.contains("seats.csv:4:")
                 && error.contains("seats.csv:5:"),
             "{error}"
         );
-        assert!(read_csv("name,x,y,z\n", "seats.csv").unwrap_err().to_string().contains("no receivers"));
-        let error = read_csv("x,y,z\n1,2,3\n", "seats.csv").unwrap_err().to_string();
+        assert!(receivers("name,x,y,z\n", "seats.csv").unwrap_err().to_string().contains("no receivers"));
+        let error = receivers("x,y,z\n1,2,3\n", "seats.csv").unwrap_err().to_string();
         assert!(error.contains("name,x,y,z"), "{error}");
     }
 }

@@ -1,19 +1,14 @@
 //! Impulse responses as WAV files in a folder.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::Args;
-use glam::DVec3;
-use rayon::prelude::*;
-use sonel::Response;
+use sonel::{Channels, Response, Silent, SoundOptions};
 use sonel_console::input;
-use sonel_console::output::{Complete, Kind, Output};
+use sonel_console::output::{Complete, Kind, Output, make_folder};
 use sonel_sound::ambisonics::MOST_ORDER;
-use sonel_sound::{
-    Head, Microphone, Recording, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ, SoundError, SoundSettings, Synthesizer,
-};
+use sonel_sound::{Head, Microphone, Recording, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ};
 
 use crate::receivers;
 
@@ -52,10 +47,44 @@ impl SoundArguments {
     pub fn needs_directions(&self) -> bool {
         self.ambix.is_some() || self.hrtf.is_some() || self.array.is_some()
     }
+}
 
-    /// Files that are read.
-    pub fn inputs(&self) -> impl Iterator<Item = &PathBuf> {
-        self.hrtf.iter().chain(&self.array)
+/// What is written for each pair of source and receiver.
+pub struct Heard {
+    /// Order of ambisonics.
+    ambix: Option<u32>,
+    /// Ears.
+    head: Option<Head>,
+    /// Microphones about each receiver.
+    array: Option<Vec<Microphone>>,
+}
+
+impl Heard {
+    /// What is asked for.
+    ///
+    /// # Errors
+    /// When the HRTF or the array cannot be read.
+    pub fn of(arguments: &SoundArguments) -> anyhow::Result<Self> {
+        let head = |path: &PathBuf| -> anyhow::Result<Head> {
+            let bytes = input::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+            Head::read(&bytes, arguments.wav_rate).with_context(|| path.display().to_string())
+        };
+        let microphones = |path: &PathBuf| -> anyhow::Result<Vec<Microphone>> {
+            Ok(receivers::read_file(path)?.into_iter().map(sonel::microphone).collect())
+        };
+        Ok(Self {
+            ambix: arguments.ambix,
+            head: arguments.hrtf.as_ref().map(head).transpose()?,
+            array: arguments.array.as_ref().map(microphones).transpose()?,
+        })
+    }
+
+    /// What the names of files end with, and their channels; the single channel first.
+    pub fn channels(&self) -> Vec<(String, Channels<'_>)> {
+        let ambix = self.ambix.map(|order| (format!("_ambix{order}"), Channels::Ambisonics(order)));
+        let ears = self.head.as_ref().map(|head| ("_binaural".to_owned(), Channels::Ears(head)));
+        let array = self.array.as_ref().map(|array| ("_array".to_owned(), Channels::Array(array)));
+        std::iter::once((String::new(), Channels::Single)).chain(ambix).chain(ears).chain(array).collect()
     }
 }
 
@@ -66,18 +95,11 @@ pub struct SoundFiles<'a> {
     /// Names of sources and receivers, as file names hold them.
     sources: Vec<String>,
     receivers: Vec<String>,
-    /// Order of ambisonics.
-    ambix: Option<u32>,
-    /// Ears.
-    head: Option<Head>,
-    /// Microphones about each receiver.
-    array: Option<Vec<Microphone>>,
+    heard: Heard,
     /// Samples per second.
     sample_rate_hz: u32,
     /// Whether bands are scaled to the energies of the response.
     is_matched: bool,
-    /// Files that are read.
-    inputs: &'a [PathBuf],
 }
 
 /// Longest part of a name that a file name takes over: file systems allow 255 bytes in all.
@@ -99,34 +121,26 @@ impl<'a> SoundFiles<'a> {
     ///
     /// # Errors
     /// When the folder cannot be used, a file in it is an input or none of ours, or the HRTF or the array cannot be read.
-    pub fn of(
+    pub fn of<'b>(
         arguments: &'a SoundArguments,
-        sources: &[&str],
-        receivers: &[&str],
-        inputs: &'a [PathBuf],
+        sources: impl ExactSizeIterator<Item = &'b str>,
+        receivers: impl ExactSizeIterator<Item = &'b str>,
     ) -> anyhow::Result<Option<Self>> {
         let Some(folder) = &arguments.wav else { return Ok(None) };
-        let read = |path: &PathBuf| -> anyhow::Result<Head> {
-            let mut bytes = Vec::new();
-            let file = input::open(path).and_then(|mut file| file.read_to_end(&mut bytes));
-            file.with_context(|| format!("cannot read {}", path.display()))?;
-            Head::read(&bytes, arguments.wav_rate).with_context(|| path.display().to_string())
-        };
         let files = Self {
             folder,
-            sources: numbered(sources.iter().copied()),
-            receivers: numbered(receivers.iter().copied()),
-            ambix: arguments.ambix,
-            head: arguments.hrtf.as_ref().map(read).transpose()?,
-            array: arguments.array.as_deref().map(microphones).transpose()?,
+            sources: numbered(sources),
+            receivers: numbered(receivers),
+            heard: Heard::of(arguments)?,
             sample_rate_hz: arguments.wav_rate,
             is_matched: arguments.wav_match,
-            inputs,
         };
-        folder_for(folder)?;
-        for end in files.ends() {
-            let mut paths = files.pairs().into_iter().map(|pair| files.path(pair, &end));
-            paths.try_for_each(|path| Output::try_create(&path, Kind::SOUND, inputs))?;
+        make_folder(folder)?;
+        for (end, _) in files.heard.channels() {
+            for s in 0..files.sources.len() {
+                let mut paths = (0..files.receivers.len()).map(|r| files.path((s, r), &end));
+                paths.try_for_each(|path| Output::try_create(&path, Kind::SOUND))?;
+            }
         }
         Ok(Some(files))
     }
@@ -141,87 +155,23 @@ impl<'a> SoundFiles<'a> {
         self.folder.join(format!("{}_{}{end}.wav", self.sources[s], self.receivers[r]))
     }
 
-    fn pairs(&self) -> Vec<(usize, usize)> {
-        (0..self.sources.len()).flat_map(|s| (0..self.receivers.len()).map(move |r| (s, r))).collect()
-    }
-
-    /// What the names of a pair's files end with, the single channel first.
-    fn ends(&self) -> Vec<String> {
-        let ambix = self.ambix.map(|order| format!("_ambix{order}"));
-        let binaural = self.head.as_ref().map(|_| BINAURAL.to_owned());
-        let array = self.array.as_ref().map(|_| ARRAY.to_owned());
-        std::iter::once(String::new()).chain(ambix).chain(binaural).chain(array).collect()
-    }
-
-    /// Channels of a pair in the order of [`Self::ends`].
-    fn channels(
-        &self,
-        synthesizer: &Synthesizer<'_>,
-        pair: (usize, usize),
-        up: DVec3,
-    ) -> Result<Vec<Vec<Vec<f32>>>, SoundError> {
-        let ambix = self.ambix.map(|order| synthesizer.ambisonics(pair, order, up)).transpose()?;
-        let binaural = self.head.as_ref().map(|head| synthesizer.binaural(pair, head, up)).transpose()?;
-        let array = self.array.as_ref().map(|array| synthesizer.array(pair, array)).transpose()?;
-        let single = vec![synthesizer.impulse_response(pair.0, pair.1)?];
-        Ok(std::iter::once(single).chain(ambix).chain(binaural).chain(array).collect())
-    }
-
     /// Completes the files of all impulse responses of a response; `seed` is that of the waves of late sound, by default that of the rendering.
     ///
     /// # Errors
     /// When the response has no directions that are needed, does not state which one is up, or a file cannot be written.
     pub fn complete(&self, response: &Response, seed: Option<u64>) -> anyhow::Result<Vec<Complete>> {
-        let room = response.surroundings();
-        let settings = SoundSettings {
-            volume: room.volume,
-            seed: seed.unwrap_or(room.seed),
-            sample_rate_hz: self.sample_rate_hz,
-            is_matched: self.is_matched,
-        };
-        let synthesizer = Synthesizer::new(response.echograms(), settings);
-        let needs_up = self.ambix.is_some() || self.head.is_some();
-        let up = if needs_up { room.upward()? } else { DVec3::Z };
+        let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz, is_matched: self.is_matched };
+        let (ends, channels): (Vec<String>, Vec<Channels<'_>>) = self.heard.channels().into_iter().unzip();
         let complete = |path: &Path, channels| {
             let recording = Recording { sample_rate_hz: self.sample_rate_hz, channels };
-            Output::create(path, Kind::SOUND, self.inputs)?.complete(|out| recording.write(out))
+            Output::create(path, Kind::SOUND, &[])?.complete(|out| recording.write(out))
         };
-        let of_pairs: anyhow::Result<Vec<Vec<Complete>>> = self
-            .pairs()
-            .into_par_iter()
-            .map(|pair| {
-                let all = self.channels(&synthesizer, pair, up)?;
-                let ends = self.ends();
-                ends.iter()
-                    .zip(all)
-                    .map(|(end, channels)| complete(&self.path(pair, end), channels))
-                    .collect()
-            })
-            .collect();
-        Ok(of_pairs?.into_iter().flatten().collect())
+        let of_pairs = response.each_pair(&channels, options, &Silent, |pair, all| {
+            let files = ends.iter().zip(all).map(|(end, channels)| complete(&self.path(pair, end), channels));
+            files.collect::<anyhow::Result<Vec<Complete>>>()
+        })?;
+        Ok(of_pairs.into_iter().flatten().collect())
     }
-}
-
-/// What the names of files with two ears end with.
-const BINAURAL: &str = "_binaural";
-/// What the names of files of arrays end with.
-const ARRAY: &str = "_array";
-
-/// Makes the folder for sound: one that cannot be written shall be found before the work is done.
-pub fn folder_for(folder: &Path) -> anyhow::Result<()> {
-    if folder.exists() && !folder.is_dir() {
-        bail!("{} is not a folder: choose another one for --wav", folder.display());
-    }
-    if !folder.exists() {
-        std::fs::create_dir(folder)
-            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-    }
-    Ok(())
-}
-
-/// The microphones in a file of receivers.
-pub fn microphones(path: &Path) -> anyhow::Result<Vec<Microphone>> {
-    Ok(receivers::read_file(path)?.into_iter().map(sonel::microphone).collect())
 }
 
 #[cfg(test)]

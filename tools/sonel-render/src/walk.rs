@@ -5,14 +5,15 @@ use std::path::{Path as File, PathBuf};
 
 use anyhow::{Context, bail};
 use glam::DVec3;
-use sonel::{Channels, Path, ReceiverPoint, Response, Silent, SoundOptions, Waypoint};
+use sonel::{Path, ReceiverPoint, Response, Silent, SoundOptions, Waypoint};
 use sonel_console::input;
-use sonel_console::output::{Complete, Kind, Output};
+use sonel_console::output::{Complete, Kind, Output, make_folder};
 use sonel_scene::Scene;
 use sonel_sound::{Recording, resample};
 
 use crate::arguments::Arguments;
-use crate::sound::{folder_for, microphones, numbered};
+use crate::receivers::read_csv;
+use crate::sound::{Heard, numbered};
 
 /// A path with what is heard along it.
 pub struct Walk<'a> {
@@ -23,8 +24,7 @@ pub struct Walk<'a> {
     sources: Vec<String>,
     /// The recording at the sample rate of the responses.
     signal: Vec<f32>,
-    ambix: Option<u32>,
-    array: Option<Vec<sonel::Microphone>>,
+    heard: Heard,
     sample_rate_hz: u32,
 }
 
@@ -49,8 +49,7 @@ impl<'a> Walk<'a> {
             folder,
             sources: numbered(scene.sources.iter().map(|source| source.name.as_str())),
             signal: resample(signal, dry.sample_rate_hz, sample_rate_hz).with_context(|| label)?,
-            ambix: arguments.sound.ambix,
-            array: arguments.sound.array.as_deref().map(microphones).transpose()?,
+            heard: Heard::of(&arguments.sound)?,
             sample_rate_hz,
         }))
     }
@@ -61,11 +60,11 @@ impl<'a> Walk<'a> {
     }
 
     /// Checks that the folder may be made or used, and that no file in it is lost.
-    pub fn check(&self, inputs: &[PathBuf]) -> anyhow::Result<()> {
-        folder_for(self.folder)?;
-        for (end, _) in self.channels() {
+    pub fn check(&self) -> anyhow::Result<()> {
+        make_folder(self.folder)?;
+        for (end, _) in self.heard.channels() {
             let mut paths = self.sources.iter().map(|source| self.file(source, &end));
-            paths.try_for_each(|path| Output::try_create(&path, Kind::SOUND, inputs))?;
+            paths.try_for_each(|path| Output::try_create(&path, Kind::SOUND))?;
         }
         Ok(())
     }
@@ -75,32 +74,20 @@ impl<'a> Walk<'a> {
         self.sources.len()
     }
 
-    /// What the names of files end with, and their channels.
-    fn channels(&self) -> Vec<(String, Channels<'_>)> {
-        let ambix = self.ambix.map(|order| (format!("_ambix{order}"), Channels::Ambisonics(order)));
-        let array = self.array.as_ref().map(|array| ("_array".to_owned(), Channels::Array(array)));
-        std::iter::once((String::new(), Channels::Single)).chain(ambix).chain(array).collect()
-    }
-
     fn file(&self, source: &str, end: &str) -> PathBuf {
         self.folder.join(format!("{source}_walk{end}.wav"))
     }
 
     /// Completes the files of all sources.
-    pub fn complete(
-        &self,
-        response: &Response,
-        is_own: &[PathBuf],
-        seed: Option<u64>,
-    ) -> anyhow::Result<Vec<Complete>> {
+    pub fn complete(&self, response: &Response, seed: Option<u64>) -> anyhow::Result<Vec<Complete>> {
         let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz, is_matched: false };
         let mut complete = Vec::new();
-        for (end, channels) in self.channels() {
+        for (end, channels) in self.heard.channels() {
             let heard =
                 response.walk((&self.path, self.spacing), channels, &self.signal, options, &Silent)?;
             for (source, channels) in self.sources.iter().zip(heard) {
                 let recording = Recording { sample_rate_hz: self.sample_rate_hz, channels };
-                let output = Output::create(&self.file(source, &end), Kind::SOUND, is_own)?;
+                let output = Output::create(&self.file(source, &end), Kind::SOUND, &[])?;
                 complete.push(output.complete(|out| recording.write(out))?);
             }
         }
@@ -117,26 +104,12 @@ fn read(file: &File) -> anyhow::Result<Path> {
 }
 
 fn waypoints(text: &str, label: &str) -> anyhow::Result<Vec<Waypoint>> {
-    let mut reader =
-        csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
-    let header: Vec<String> = reader.headers()?.iter().map(str::to_lowercase).collect();
-    if header != ["time", "x", "y", "z"] {
-        bail!("{label}:1: the header is \"{}\"; it must be \"time,x,y,z\"", header.join(","));
-    }
-    let (mut points, mut problems) = (Vec::new(), Vec::new());
-    for record in reader.records() {
-        let record = record.with_context(|| label.to_owned())?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let numbers: Result<Vec<f64>, _> = record.iter().map(str::parse).collect();
-        match numbers.map(<[f64; 4]>::try_from) {
-            Ok(Ok([time, x, y, z])) => points.push(Waypoint { time, position: DVec3::new(x, y, z) }),
-            _ => problems.push(format!("{label}:{line}: write a time [s] and three coordinates [m]")),
-        }
-    }
-    if !problems.is_empty() {
-        bail!("{}", problems.join("\nerror: "));
-    }
-    Ok(points)
+    let right = "a time [s] and three coordinates [m]";
+    read_csv(text, label, ["time", "x", "y", "z"], right, |record| {
+        let numbers: Vec<f64> = record.iter().map(str::parse).collect::<Result<_, _>>().ok()?;
+        let [time, x, y, z] = numbers.try_into().ok()?;
+        Some(Waypoint { time, position: DVec3::new(x, y, z) })
+    })
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser};
+use clap::Parser;
 use sonel::{Effects, Mode, ShardRange, Spectral, Targets, TraceOptions, Variants};
 use sonel_console::choices::{mode, spectral};
 use sonel_console::count::parse_count;
@@ -86,17 +86,7 @@ pub struct Arguments {
     /// Write every default and library entry on a line, instead of all on one.
     #[arg(long, conflicts_with = "quiet")]
     pub verbose: bool,
-    /// Threads; by default all cores. The result does not depend on it.
-    #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
-    pub threads: Option<usize>,
-}
-
-/// Options of the commands beside the trace, as of the trace.
-#[derive(Debug, Clone, Args)]
-pub(crate) struct Common {
-    /// Print only errors on stderr.
-    #[arg(long)]
-    pub quiet: bool,
+    // Not flattened: whether there is a trace depends on options of this struct alone.
     /// Threads; by default all cores. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,

@@ -5,17 +5,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use clap::Args;
-use comfy_table::{CellAlignment, Table, presets};
 use sonel::check_file;
 use sonel::checkup::{notes, report};
 use sonel_console::follower::Follower;
 use sonel_console::output::{Kind, Output};
-use sonel_console::progress::ProgressSink;
-use sonel_console::{Log, Outcome};
-use sonel_scene::checkup::{Checkup, Covering, Room};
+use sonel_console::quantity::counted;
+use sonel_console::table::aligned;
+use sonel_console::{Common, Log, Outcome};
+use sonel_scene::checkup::{Checkup, Covering, Room, Times};
 use sonel_scene::folded;
-
-use crate::arguments::Common;
 
 /// Check a scene before tracing; exit code 1 if there are errors, warnings or faults
 ///
@@ -48,8 +46,7 @@ pub struct Checked {
 /// # Errors
 /// When the scene file cannot be read or is no TOML.
 pub fn run(checked: &Checked, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
-    let progress = ProgressSink::unless(checked.common.quiet);
-    let follower = Follower::new(progress, log);
+    let follower = Follower::new(checked.common.quiet, log);
     let (checkup, files) = follower.result(check_file(&checked.scene, &follower))?;
     drop(follower);
     if let Some(path) = &checked.fix {
@@ -70,21 +67,14 @@ pub fn run(checked: &Checked, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow:
     for note in defaults.into_iter().chain(notes(&checkup)) {
         writeln!(out, "note: {note}")?;
     }
-    let Checkup { problems, warnings, faults, .. } = &checkup;
-    for problem in problems {
-        writeln!(out, "error: {problem}")?;
+    let errors: Vec<String> = checkup.problems.iter().map(ToString::to_string).collect();
+    let found = [("error", &errors), ("warning", &checkup.warnings), ("fault", &checkup.faults)];
+    for (kind, sentences) in found {
+        sentences.iter().try_for_each(|sentence| writeln!(out, "{kind}: {sentence}"))?;
     }
-    for warning in warnings {
-        writeln!(out, "warning: {warning}")?;
-    }
-    for fault in faults {
-        writeln!(out, "fault: {fault}")?;
-    }
-    let count = problems.len() + warnings.len() + faults.len();
-    match count {
+    match found.iter().map(|(_, sentences)| sentences.len()).sum() {
         0 => writeln!(out, "no problems found")?,
-        1 => writeln!(out, "1 problem found")?,
-        _ => writeln!(out, "{count} problems found")?,
+        count => writeln!(out, "{} found", counted(count, "problem"))?,
     }
     Ok(outcome)
 }
@@ -126,50 +116,27 @@ fn describe(room: &Room) -> String {
 }
 
 fn coverings(room: &Room) -> String {
-    let mut table = table(["material", "area [m²]", "share [%]", "absorption α"]);
-    for Covering { name, area, absorption } in &room.coverings {
+    let rows = room.coverings.iter().map(|Covering { name, area, absorption }| {
         let absorption = match absorption {
             Some(values) => values.iter().map(|value| format!("{value:.2}")).collect::<Vec<_>>().join(" "),
             None => "no table in the scene".to_owned(),
         };
-        table.add_row([
-            name.clone(),
-            format!("{area:.1}"),
-            format!("{:.1}", 100.0 * area / room.area),
-            absorption,
-        ]);
-    }
-    for column in table.column_iter_mut().skip(1).take(2) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    text(&table)
+        [name.clone(), format!("{area:.1}"), format!("{:.1}", 100.0 * area / room.area), absorption]
+    });
+    aligned(["material", "area [m²]", "share [%]", "absorption α"], rows, 1..3)
 }
 
 fn times(room: &Room) -> String {
     if room.times.is_empty() {
         return String::new();
     }
-    let mut table = table(["f [Hz]", "mean α", "Sabine [s]", "Eyring [s]"]);
-    for times in &room.times {
-        table.add_row([
-            times.center_hz.to_string(),
-            format!("{:.3}", times.mean_absorption),
-            format!("{:.2}", times.sabine),
-            format!("{:.2}", times.eyring),
-        ]);
-    }
-    for column in table.column_iter_mut() {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    text(&table) + "\n"
-}
-
-fn table(headings: [&str; 4]) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING).set_header(headings);
-    table
-}
-
-fn text(table: &Table) -> String {
-    table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
+    let rows = room.times.iter().map(|Times { center_hz, mean_absorption, sabine, eyring }| {
+        [
+            center_hz.to_string(),
+            format!("{mean_absorption:.3}"),
+            format!("{sabine:.2}"),
+            format!("{eyring:.2}"),
+        ]
+    });
+    aligned(["f [Hz]", "mean α", "Sabine [s]", "Eyring [s]"], rows, ..) + "\n"
 }

@@ -9,15 +9,14 @@ mod program;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use serde_json::{Value, json};
 use sonel::plan as tables;
-use sonel::{Map, Plan, PreparedTrace, Scene, Traced};
+use sonel::{Map, MapStore, Scene};
 use sonel_console::follower::Follower;
-use sonel_console::maps::MapOutputs;
-use sonel_console::output::{self, Kind, Output};
-use sonel_console::progress::ProgressSink;
-use sonel_console::{Log, Outcome, input, spelled, use_threads};
+use sonel_console::output::{self, Kind, Output, failed};
+use sonel_console::{Log, Outcome, spelled, use_threads};
+use sonel_map::{MapError, SonelMap};
 
 pub use arguments::Arguments;
 pub use program::Program;
@@ -27,7 +26,7 @@ pub use program::Program;
 /// # Errors
 /// When the scene, the options or the output are unusable, or the room leaks.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
-    let follower = Follower::new(ProgressSink::unless(arguments.quiet), log).verbose(arguments.verbose);
+    let follower = Follower::new(arguments.quiet, log).verbose(arguments.verbose);
     use_threads(arguments.threads)?;
     let mut options = arguments.options();
     options.settings().map_err(spelled)?;
@@ -35,10 +34,11 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     let scene = follower.result(Scene::load(&arguments.scene, &follower))?;
     // Whatever is wrong with the output shall be said before the work is done.
     let inputs: Vec<PathBuf> = scene.files().iter().chain(&arguments.decision).cloned().collect();
-    arguments.output.iter().try_for_each(|path| Output::try_create(path, Kind::MAP, &inputs))?;
-    let [extended, decision] =
-        [&arguments.extend, &arguments.decision].map(|path| path.as_deref().map(opened));
-    let (extended, decision) = (extended.transpose()?, decision.transpose()?);
+    let create = |path: &Path| Output::create(path, Kind::MAP, &inputs);
+    arguments.output.iter().try_for_each(|path| create(path).map(drop))?;
+    let [extended, decision] = [&arguments.extend, &arguments.decision]
+        .map(|path| path.as_ref().map(Map::open).transpose().map_err(spelled));
+    let (extended, decision) = (extended?, decision?);
     (options.extend, options.decision) = (extended.as_ref(), decision.as_ref());
     let prepared = follower.result(scene.prepare(&options, &follower))?;
     let plan = arguments.plan.then(|| follower.result(prepared.plan(&follower))).transpose()?;
@@ -52,7 +52,12 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         }
         return Ok(Outcome::Done);
     };
-    let (traced, output) = trace(prepared, plan.as_ref(), path, &inputs, &follower)?;
+    let mut outputs = MapOutputs { create: &|| create(path), last: None };
+    let traced = match prepared.trace(plan.as_ref(), &mut outputs, &follower) {
+        Err(sonel::Error::Write(error)) => return Err(anyhow!(error).context(failed(path))),
+        other => follower.result(other)?,
+    };
+    let output = outputs.last.expect("a trace writes a map");
     let mut report = traced.report();
     let (summary, is_reached) = (traced.summary(), traced.is_reached);
     // A map that is replaced must not be open meanwhile.
@@ -68,28 +73,22 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     Ok(if is_reached == Some(false) { Outcome::Missed } else { Outcome::Done })
 }
 
-fn opened(path: &Path) -> anyhow::Result<Map> {
-    let label = path.display().to_string();
-    let file = input::open(path).with_context(|| format!("cannot open {label}"))?;
-    Map::from_file(&file, label).map_err(spelled)
+/// Keeps maps beside their final place; the last one is published.
+struct MapOutputs<'a> {
+    create: &'a dyn Fn() -> anyhow::Result<Output>,
+    last: Option<Output>,
 }
 
-/// Traces beside `path`, which is none of the files `inputs`. A map that is extended may be replaced by the longer one.
-fn trace(
-    prepared: PreparedTrace<'_>,
-    plan: Option<&Plan>,
-    path: &Path,
-    inputs: &[PathBuf],
-    follower: &Follower<'_>,
-) -> anyhow::Result<(Traced, Output)> {
-    let create = || Output::create(path, Kind::MAP, inputs);
-    let mut outputs = MapOutputs::new(&create);
-    let traced = match prepared.trace(plan, &mut outputs, follower) {
-        Err(sonel::Error::Write(error)) => {
-            let failed = format!("cannot write {}; an older file there is untouched", path.display());
-            return Err(anyhow!(error).context(failed));
-        }
-        other => follower.result(other)?,
-    };
-    Ok((traced, outputs.last()))
+impl MapStore for MapOutputs<'_> {
+    type Writer = Output;
+
+    fn begin(&mut self) -> std::io::Result<Output> {
+        (self.create)().map_err(|error| std::io::Error::other(format!("{error:#}")))
+    }
+
+    fn open(&mut self, mut written: Output) -> Result<SonelMap, MapError> {
+        let map = SonelMap::open(written.file()?)?;
+        self.last = Some(written);
+        Ok(map)
+    }
 }

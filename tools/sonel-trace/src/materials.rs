@@ -5,11 +5,9 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use comfy_table::{CellAlignment, Table, presets};
-use sonel_console::{Outcome, input};
+use sonel_console::table::aligned;
+use sonel_console::{Common, Outcome, input};
 use sonel_scene::library::{LibraryEntry, Octaves, read_file, shipped};
-
-use crate::arguments::Common;
 
 /// Octaves that are printed [Hz].
 const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
@@ -65,13 +63,10 @@ fn is_called(entry: &LibraryEntry, words: &[String]) -> bool {
 }
 
 fn table(entries: &[&LibraryEntry]) -> String {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
     let centers = OCTAVES.map(|hz| hz.to_string());
     let headings =
         [vec!["name".to_owned(), String::new()], centers.to_vec(), vec!["what it is, source".to_owned()]];
-    table.set_header(headings.concat());
-    let mut is_held = false;
+    let (mut rows, mut is_held) = (Vec::new(), false);
     for entry in entries {
         let lists = [("α", &entry.absorption), ("s", &entry.scattering)];
         let lists = lists.into_iter().filter_map(|(symbol, octaves)| Some((symbol, octaves.as_ref()?)));
@@ -83,15 +78,11 @@ fn table(entries: &[&LibraryEntry]) -> String {
                 Default::default()
             };
             let begin = [name.to_owned(), symbol.to_owned()];
-            table.add_row(begin.into_iter().chain(cells(octaves)).chain([text]));
+            rows.push(begin.into_iter().chain(cells(octaves)).chain([text]).collect::<Vec<_>>());
         }
     }
-    for column in table.column_iter_mut().skip(2).take(OCTAVES.len()) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
-    let note = if is_held { "\n*: held from the nearest octave of the source\n" } else { "\n" };
-    lines.join("\n") + note
+    let note = if is_held { "*: held from the nearest octave of the source\n" } else { "" };
+    aligned(headings.concat(), rows, 2..2 + OCTAVES.len()) + note
 }
 
 /// Two digits and, where a value is held, a star.

@@ -6,12 +6,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
+use sonel_console::count::numbers;
 use sonel_console::output::{Kind, Output};
-use sonel_console::progress::{Progress, ProgressSink};
-use sonel_console::{Outcome, input};
+use sonel_console::progress::Progress;
+use sonel_console::{Common, Outcome, input};
 use sonel_scene::{Draft, DraftOptions, Purpose, SceneErrors, shell_word};
-
-use crate::arguments::Common;
 
 /// Write a commented scene file for a mesh or a rectangular room: materials to choose from, a source, receivers
 ///
@@ -46,9 +45,7 @@ pub struct New {
 
 /// Reads three lengths [m]; the scene file says which are possible.
 fn parse_lengths(text: &str) -> Result<[f64; 3], String> {
-    let lengths: Result<Vec<f64>, _> = text.split(',').map(|length| length.trim().parse()).collect();
-    let lengths: Option<[f64; 3]> = lengths.ok().and_then(|lengths| lengths.try_into().ok());
-    lengths.ok_or_else(|| "give three lengths in metres, such as 9,7,3".to_owned())
+    numbers(text, ',').ok_or_else(|| "give three lengths in metres, such as 9,7,3".to_owned())
 }
 
 /// Writes the scene file.
@@ -56,7 +53,7 @@ fn parse_lengths(text: &str) -> Result<[f64; 3], String> {
 /// # Errors
 /// When the mesh cannot be read, its unit is not clear, it has no free place for a source, or the output cannot be written.
 pub fn run(new: &New, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let output = Output::create(&new.output, Kind::SCENE, new.mesh.as_slice())?;
+    let output = Output::create(&new.output, Kind::SCENE, &[])?;
     let options = DraftOptions {
         purpose: new.purpose.as_deref().and_then(|purpose| purpose.parse().ok()),
         unit: new.unit.as_deref(),
@@ -84,10 +81,8 @@ fn of_mesh(new: &New, mesh: &Path, options: &DraftOptions<'_>) -> anyhow::Result
     let path = beside(mesh, &new.output)?;
     let name = mesh.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let folder = new.output.parent().unwrap_or(Path::new("")).to_owned();
-    let progress = Progress::wait("reading", ProgressSink::unless(new.common.quiet));
-    let draft = sonel_scene::draft(&path, &name, options, &mut |path| input::read(&folder.join(path)));
-    progress.end();
-    Ok(draft)
+    let _progress = Progress::wait("reading", new.common.quiet);
+    Ok(sonel_scene::draft(&path, &name, options, &mut |path| input::read(&folder.join(path))))
 }
 
 /// The path of the mesh as the scene file names it: relative to its folder where the mesh lies in it, else absolute.

@@ -3,9 +3,8 @@
 use std::io::Write;
 
 use clap::{Parser, Subcommand};
-use sonel_console::{Log, Outcome, use_threads};
+use sonel_console::{Common, Log, Outcome, use_threads};
 
-use crate::arguments::Common;
 use crate::{Arguments, check, materials, new};
 
 /// Traces packets through a scene and saves the sonel map.

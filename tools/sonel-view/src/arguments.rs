@@ -3,13 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser};
+use sonel_console::Common;
 use sonel_console::count::parse_count;
 use sonel_console::heard::HeardArguments;
-use sonel_console::parse_threads;
 use sonel_console::uncertainty::UncertaintyArguments;
 use sonel_study::criteria::Criterion;
-
-use crate::page::Head;
 
 /// What stands above a frozen page, what the room shall meet, and how uncertain its materials are.
 #[derive(Debug, Clone, Default, Args)]
@@ -33,13 +31,6 @@ pub struct HeadArguments {
     /// Uncertainty of materials.
     #[command(flatten)]
     pub uncertainty: UncertaintyArguments,
-}
-
-impl HeadArguments {
-    pub(crate) fn head(&self) -> Head {
-        let Self { project, author, date, revision, targets, .. } = self.clone();
-        Head { project, author, date, revision, targets }
-    }
 }
 
 /// Shows a room in the browser: move the listener and the sources, change materials, see and hear the result.
@@ -83,10 +74,7 @@ pub struct Arguments {
     /// Print the address and open no browser.
     #[arg(long, conflicts_with = "output")]
     pub no_open: bool,
-    /// Print only errors on stderr.
-    #[arg(long)]
-    pub quiet: bool,
-    /// Threads; by default all cores. The result does not depend on it.
-    #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
-    pub threads: Option<usize>,
+    /// Options of every program.
+    #[command(flatten)]
+    pub common: Common,
 }

@@ -31,9 +31,8 @@ impl Files {
         for path in files {
             match artifact::kind(path)? {
                 Some(Artifact::Response) => {
-                    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
                     let response = Response::open(path).map_err(spelled)?;
-                    opened.responses.push((name(&response, stem, &opened.responses), response));
+                    opened.responses.push((name(&response, path, &opened.responses), response));
                 }
                 Some(Artifact::Map) if opened.map.is_some() => {
                     bail!("{} is a second map: give the map of the first response alone", path.display())
@@ -105,10 +104,10 @@ impl Files {
 }
 
 /// What the page calls a response: its variant, unless another one has this name; else the name of its file.
-fn name(response: &Response, stem: String, others: &[(String, Response)]) -> String {
+fn name(response: &Response, path: &Path, others: &[(String, Response)]) -> String {
     let variant = response.echograms().metadata["variant"].as_str();
     let is_free = |name: &&str| others.iter().all(|(other, _)| other != name);
-    variant.filter(is_free).map_or(stem, str::to_owned)
+    variant.filter(is_free).map_or_else(|| artifact::stem(path), str::to_owned)
 }
 
 fn checked(path: &Path) -> anyhow::Result<Map> {

@@ -12,18 +12,19 @@ use anyhow::bail;
 use sonel_console::follower::Follower;
 use sonel_console::heard::HeardArguments;
 use sonel_console::output::{Kind, Output, has_ending};
-use sonel_console::progress::ProgressSink;
 use sonel_console::{Log, Outcome, use_threads};
 
 pub use arguments::{Arguments, HeadArguments};
 use files::Files;
+pub use page::Subject;
+pub use page::single::Single;
 
 /// Runs the program: the address to `out`, everything else to `log`.
 ///
 /// # Errors
 /// When a file is unusable, or the output or the address cannot be had.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
-    use_threads(arguments.threads)?;
+    use_threads(arguments.common.threads)?;
     if let Some(output) = &arguments.output {
         return freeze(
             &arguments.files,
@@ -31,7 +32,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
             &arguments.heard,
             &arguments.head,
             arguments.packets,
-            ProgressSink::unless(arguments.quiet),
+            arguments.common.quiet,
             log,
         );
     }
@@ -49,14 +50,14 @@ pub fn freeze(
     heard: &HeardArguments,
     head: &HeadArguments,
     packets: Option<u64>,
-    progress: ProgressSink,
+    quiet: bool,
     log: &mut Log<'_>,
 ) -> anyhow::Result<Outcome> {
     if !has_ending(output, "html") {
         bail!("{} does not end in .html: the page is an HTML file", output.display());
     }
-    let target = Output::create(output, Kind::PAGE, files)?;
-    let follower = Follower::new(progress, log);
+    let target = Output::create(output, Kind::PAGE, &[])?;
+    let follower = Follower::new(quiet, log);
     let (mut subjects, map) = Files::open(files)?.rendered(packets, heard, &follower)?;
     let uncertainty = &head.uncertainty;
     if uncertainty.is_given() {
@@ -77,7 +78,7 @@ pub fn freeze(
     let walls = map.as_ref().map(|map| follower.result(map.walls())).transpose()?;
     let traced =
         map.as_ref().zip(walls.as_deref()).map(|(map, walls)| page::Traced { map: map.sonels(), walls });
-    let text = page::of_responses(&subjects, traced, &head.head(), None);
+    let text = page::of_responses(&subjects, traced, head, None);
     target.write(|out| out.write_all(text.as_bytes()))?;
     follower.line(&format!("{:.1} MB; written to {}", text.len() as f64 / 1e6, output.display()))?;
     Ok(Outcome::Done)

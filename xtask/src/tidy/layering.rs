@@ -28,7 +28,7 @@ const LAYERS: [&[&str]; 9] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 46] = [
+const HOMES: [(&str, &[&str]); 45] = [
     ("anyhow", &["tools/", "python", "xtask"]),
     ("base64", &["crates/sonel-scene", "tools/sonel-view"]),
     ("bincode", &["crates/sonel-map"]),
@@ -42,7 +42,6 @@ const HOMES: [(&str, &[&str]); 46] = [
     ("ctrlc", &["tools/sonel-console"]),
     ("dejavu", &["crates/sonel-drawing"]),
     ("earcutr", &["crates/sonel-scene"]),
-    ("embedded-graphics", &["crates/sonel-drawing"]),
     ("exr", &["crates/sonel-drawing"]),
     ("flate2", &["tools/sonel-view"]),
     ("foldhash", &["crates/sonel-geometry", "crates/sonel-scene"]),

@@ -9,14 +9,15 @@ use exr::prelude::{
     LayerAttributes, Text, Vec2, WritableImage,
 };
 
-use super::{Picture, PictureError, WindowPicture};
+use super::{Picture, WindowPicture};
 use crate::pixels::SOFTWARE;
+use crate::plot::PlotError;
 
 /// Writes `picture` to `out`.
 ///
 /// # Errors
 /// When `out` cannot be written.
-pub fn exr(picture: Picture, out: impl Write + Seek) -> Result<(), PictureError> {
+pub fn exr(picture: Picture, out: impl Write + Seek) -> Result<(), PlotError> {
     let [width, height] = picture.size.map(|pixels| pixels as usize);
     let size = Vec2(width, height);
     let covered: Vec<f32> = picture.is_covered.iter().map(|&covered| f32::from(u8::from(covered))).collect();
@@ -35,7 +36,7 @@ pub fn exr(picture: Picture, out: impl Write + Seek) -> Result<(), PictureError>
     };
     let layers: Vec<_> = picture.windows.into_iter().map(layer).collect();
     let image = Image::from_layers(ImageAttributes::new(IntegerBounds::from_dimensions(size)), layers);
-    image.write().to_buffered(out).map_err(|error| PictureError::Exr(error.to_string()))
+    image.write().to_buffered(out).map_err(|error| PlotError::Exr(error.to_string()))
 }
 
 /// `band.00125Hz`: sorted by name, channels are in the order of frequency.

@@ -3,12 +3,10 @@
 //! A value is the energy that arrived per area in a window of time, per unit energy that the source emits in the band [1/m²].
 //! docs/formats/image.md describes both files.
 
-mod canvas;
 mod exr;
 mod png;
 
 use serde_json::Value;
-use thiserror::Error;
 
 pub use exr::exr;
 pub use png::{DecibelScale, Drawing, png};
@@ -51,17 +49,6 @@ impl Picture {
         let pixels = self.is_covered.len();
         self.windows.iter().map(|window| (0..pixels).map(|pixel| of_pixel(window, pixel)).collect()).collect()
     }
-}
-
-/// Why a picture could not be written.
-#[derive(Debug, Error)]
-pub enum PictureError {
-    /// The encoder of OpenEXR failed.
-    #[error("cannot encode the OpenEXR file: {0}")]
-    Exr(String),
-    /// The encoder of PNG failed.
-    #[error("cannot encode the PNG file: {0}")]
-    Png(String),
 }
 
 #[cfg(test)]

@@ -7,21 +7,25 @@
 
 use std::io::Write;
 
-use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
+use plotters::prelude::{BitMapBackend, DrawingBackend, IntoDrawingArea, RGBColor, Text};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use sonel_acoustics::energy_to_level_db;
 
-use super::PictureError;
-use super::canvas::{Canvas, LETTER, LINE};
 use crate::pixels;
-use crate::plot::Axis;
 use crate::plot::axis::Ruler;
+use crate::plot::drawing::plan::{draw_scale, ramp};
+use crate::plot::drawing::{Area, Drawn, FINENESS, failed, know_the_font, letters, text_width};
+use crate::plot::{Axis, PlotError};
 
 /// Dynamic range where none is asked for [dB].
 const USUAL_RANGE_DB: f64 = 40.0;
 /// Limits of a chosen scale are multiples of this [dB].
 const STEP_DB: f64 = 5.0;
 /// Colour of pixels without a surface.
-const NOTHING: [u8; 3] = [128; 3];
+const NOTHING: RGBColor = RGBColor(128, 128, 128);
+/// Size of the letters, in pixels of pages, and height of a caption [pixels].
+const LETTERS: u32 = 8;
+const CAPTION: u32 = 26;
 /// Width of the bar of colours, and the gaps about it and its labels [pixels].
 const BAR: u32 = 24;
 const GAP: u32 = 8;
@@ -74,72 +78,62 @@ impl DecibelScale {
     }
 
     /// Colour of an energy [1/m²]; the first and the last colour also stand for what is beyond.
-    fn color(&self, energy: f64) -> [u8; 3] {
-        viridis((energy_to_level_db(energy) - self.low) / (self.high - self.low))
+    fn color(&self, energy: f64) -> RGBColor {
+        ramp((energy_to_level_db(energy) - self.low) / (self.high - self.low))
     }
-}
-
-/// The colour at a `share` of the scale, 0 … 1.
-fn viridis(share: f64) -> [u8; 3] {
-    let color = ViridisRGB.get_color(share.clamp(0.0, 1.0));
-    [color.0, color.1, color.2]
 }
 
 /// Draws to `out`.
 ///
 /// # Errors
 /// When `out` cannot be written.
-pub fn png(drawing: &Drawing<'_>, out: &mut dyn Write) -> Result<(), PictureError> {
-    let canvas = draw(drawing);
-    pixels::write(canvas.size(), canvas.bytes(), out).map_err(|error| PictureError::Png(error.to_string()))
+pub fn png(drawing: &Drawing<'_>, out: &mut dyn Write) -> Result<(), PlotError> {
+    let [width, height] = drawing.size;
+    let left = drawing.windows.iter().map(|(caption, _)| width_of(caption)).fold(width, u32::max);
+    let panels = drawing.windows.len() as u32 * (CAPTION + height);
+    let size = (left + 3 * GAP + BAR.max(width_of(UNIT)), panels.max(CAPTION + LEAST_BAR) + CAPTION);
+    let mut colors = vec![255; 3 * size.0 as usize * size.1 as usize];
+    draw(drawing, left, &BitMapBackend::with_buffer(&mut colors, size).into_drawing_area())
+        .map_err(failed)?;
+    Ok(pixels::write([size.0, size.1], &colors, out)?)
 }
 
-/// Height of a caption [pixels].
-const CAPTION: u32 = LINE + GAP;
+/// Width of a text [pixels].
+fn width_of(text: &str) -> u32 {
+    FINENESS * text_width(text.chars().count(), LETTERS)
+}
 
-fn draw(drawing: &Drawing<'_>) -> Canvas {
+/// The windows up to `left`, and the bar of colours to the right of it.
+fn draw<B: DrawingBackend>(drawing: &Drawing<'_>, left: u32, page: &Area<B>) -> Drawn<B> {
+    know_the_font();
+    let style = || letters(LETTERS).pos(Pos::new(HPos::Left, VPos::Center));
     let [width, height] = drawing.size;
-    let panels = drawing.windows.len() as u32 * (CAPTION + height);
-    let longest =
-        drawing.windows.iter().map(|(caption, _)| caption.chars().count()).max().unwrap_or(0) as u32;
-    let left = width.max(LETTER * longest);
-    let right = 3 * GAP + BAR.max(LETTER * UNIT.chars().count() as u32);
-    let mut canvas = Canvas::new(left + right, panels.max(CAPTION + LEAST_BAR) + CAPTION);
     for (number, (caption, energies)) in (0..).zip(&drawing.windows) {
         let top = number * (CAPTION + height);
-        canvas.write(caption, 0, top + CAPTION / 2);
+        page.draw(&Text::new(caption.as_str(), (0, (top + CAPTION / 2) as i32), style()))?;
         let covered = energies.iter().zip(drawing.is_covered);
         for (pixel, (&energy, &is_covered)) in (0..).zip(covered) {
             let color = if is_covered { drawing.scale.color(energy) } else { NOTHING };
-            canvas.set(pixel % width, top + CAPTION + pixel / width, color);
+            let place = (pixel % width, top + CAPTION + pixel / width);
+            page.draw_pixel((place.0 as i32, place.1 as i32), &color)?;
         }
     }
-    draw_scale(drawing.scale, left + GAP, &mut canvas);
-    canvas
-}
-
-/// The bar of colours from `x` on, with labels to its right and the unit above it.
-fn draw_scale(scale: DecibelScale, x: u32, canvas: &mut Canvas) {
-    let (top, bottom) = (CAPTION, canvas.size()[1] - CAPTION);
-    let length = f64::from(bottom - top - 1);
-    for y in top..bottom {
-        let color = viridis(1.0 - f64::from(y - top) / length);
-        (x..x + BAR).for_each(|x| canvas.set(x, y, color));
-    }
-    canvas.write(UNIT, x, CAPTION / 2);
-    let ruler = Ruler::new(&Axis::linear(UNIT).from_to(scale.low, scale.high), std::iter::empty());
-    for &tick in &ruler.ticks {
-        let share = (tick - scale.low) / (scale.high - scale.low);
-        let y = top + ((1.0 - share) * length).round() as u32;
-        (x + BAR..x + BAR + GAP / 2).for_each(|x| canvas.set(x, y, [0; 3]));
-        // The letters have no minus sign but the hyphen.
-        canvas.write(&ruler.label(tick).replace('−', "-"), x + BAR + GAP, y);
-    }
+    let DecibelScale { low, high } = drawing.scale;
+    let ruler = Ruler::new(&Axis::linear(UNIT).from_to(low, high), std::iter::empty());
+    let (from, caption) = ((left + GAP) as i32, CAPTION as i32);
+    page.draw(&Text::new(UNIT, (from, caption / 2), style()))?;
+    let length = page.dim_in_pixel().1 as i32 - 2 * caption;
+    draw_scale(page, &ruler, [from, from + BAR as i32], [caption, length], LETTERS)?;
+    page.present()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn bytes_of(color: RGBColor) -> [u8; 3] {
+        [color.0, color.1, color.2]
+    }
 
     fn drawing<'a>(is_covered: &'a [bool], scale: DecibelScale) -> Drawing<'a> {
         let windows = ["0-20 ms", "20-50 ms"].map(|name| (name.to_owned(), vec![1e-2, 1e-6, 1e-4, 1e-2]));
@@ -163,12 +157,12 @@ mod tests {
                 let found = at(x, top);
                 assert!(found.iter().zip(expected).all(|(a, b)| a.abs_diff(b) <= 2), "{found:?}");
             }
-            assert_eq!(at(1, top + 1), NOTHING);
+            assert_eq!(at(1, top + 1), bytes_of(NOTHING));
             let middle = at(0, top + 1);
             assert!(middle[1] > 130 && middle[0] < 60, "{middle:?}");
         }
-        let [low, high] = [viridis(0.0), viridis(1.0)];
-        let bar = drawing.size[0].max(LETTER * 8) as usize + GAP as usize;
+        let [low, high] = [ramp(0.0), ramp(1.0)].map(bytes_of);
+        let bar = drawing.size[0].max(width_of("20-50 ms")) as usize + GAP as usize;
         assert_eq!(at(bar, CAPTION as usize), high);
         assert!(
             bytes.chunks_exact(3).filter(|pixel| **pixel == low).count() > 1,

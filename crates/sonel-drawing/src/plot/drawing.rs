@@ -5,7 +5,7 @@
 //! DejaVu Sans, which a PNG also shows; an SVG names no font but "sans-serif".
 
 mod panel;
-mod plan;
+pub(crate) mod plan;
 
 use std::io::Write;
 use std::ops::Range;
@@ -24,7 +24,7 @@ use crate::pixels::{self, SOFTWARE};
 use panel::Row;
 use plan::PlanRow;
 
-/// Why there is no drawing.
+/// Why there is no drawing or picture.
 #[derive(Debug, Error)]
 pub enum PlotError {
     /// The drawing library failed.
@@ -36,14 +36,17 @@ pub enum PlotError {
     /// The encoder of PNG failed.
     #[error("cannot encode the PNG file: {0}")]
     Png(#[from] png::EncodingError),
+    /// The encoder of OpenEXR failed.
+    #[error("cannot encode the OpenEXR file: {0}")]
+    Exr(String),
 }
 
-type Area<B> = DrawingArea<B, Shift>;
+pub(crate) type Area<B> = DrawingArea<B, Shift>;
 type Chart<'a, B> = ChartContext<'a, B, Cartesian2d<Ruler, Ruler>>;
-type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
+pub(crate) type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
 
 /// Pixels drawn for each that the page claims to have.
-const FINENESS: u32 = 2;
+pub(crate) const FINENESS: u32 = 2;
 /// Width of a page [pixels].
 const WIDTH: u32 = 1000;
 /// Sizes of the letters [pixels].
@@ -85,7 +88,7 @@ pub fn png(sheet: &Sheet, out: &mut dyn Write) -> Result<(), PlotError> {
     Ok(pixels::write([width, height], &colors, out)?)
 }
 
-fn failed(error: impl std::error::Error) -> PlotError {
+pub(crate) fn failed(error: impl std::error::Error) -> PlotError {
     PlotError::Drawing(error.to_string())
 }
 
@@ -137,7 +140,7 @@ fn draw<B: DrawingBackend>(layout: &Layout<'_>, page: Area<B>) -> Drawn<B> {
 }
 
 /// Gives plotters the font, once in a process.
-fn know_the_font() {
+pub(crate) fn know_the_font() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         let known = register_font(FONT, FontStyle::Normal, dejavu::sans::regular());
@@ -163,11 +166,11 @@ impl Ranged for Ruler {
     }
 }
 
-fn letters(size: u32) -> TextStyle<'static> {
+pub(crate) fn letters(size: u32) -> TextStyle<'static> {
     (FONT, LINE_PER_LETTER * f64::from(FINENESS * size)).into_text_style(&(0, 0))
 }
 
-fn text_width(letters: usize, size: u32) -> u32 {
+pub(crate) fn text_width(letters: usize, size: u32) -> u32 {
     (LETTER * f64::from(size) * letters as f64) as u32
 }
 

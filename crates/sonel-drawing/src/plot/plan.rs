@@ -5,6 +5,9 @@
 
 use std::collections::BTreeSet;
 
+use glam::DVec3;
+use sonel_geometry::{Mesh, section};
+
 use super::Axis;
 
 /// Plans with one scale of colours.
@@ -58,13 +61,33 @@ const SAME: f64 = 1e-6;
 /// A grid of which less than this part is there, as of one in a narrow or slanted room, is none.
 const LEAST_SHARE: f64 = 1.0 / 3.0;
 
+/// Where no scene says otherwise, z is up.
+const USUAL_UP: usize = 2;
+
+impl Plan {
+    /// The plan of `places` and of a source at `source` [m], with the walls of a `mesh` and the one of its axes that is most upright, where they
+    /// are known.
+    #[must_use]
+    pub fn of(title: String, places: &[Place], source: [f64; 3], room: Option<(&Mesh, DVec3)>) -> Self {
+        let positions: Vec<[f64; 3]> = places.iter().map(|place| place.position).collect();
+        let plane = Section::of(&positions, room.map_or(USUAL_UP, |(_, up)| up.abs().max_position()));
+        let mut plan = plane.plan(title, places);
+        plan.sources.push(plane.flat(source));
+        if let Some((mesh, _)) = room {
+            let lines = section(mesh, plane.normal, plane.offset);
+            plan.walls = lines.iter().map(|ends| ends.map(|end| plane.flat(end.to_array()))).collect();
+        }
+        plan
+    }
+}
+
 /// The plane of a plan: across `normal`, at the mean of the receivers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Section {
+pub(super) struct Section {
     /// 0, 1, 2 for x, y, z.
-    pub normal: usize,
+    normal: usize,
     /// Along `normal` [m].
-    pub offset: f64,
+    offset: f64,
     /// Axes of the plan, across and up.
     axes: [usize; 2],
 }
@@ -72,8 +95,7 @@ pub struct Section {
 impl Section {
     /// Through `positions`, across the axis in which they differ least, or across `up` (0, 1, 2) where they differ as little there. A plan is
     /// seen from above, cut at the highest position, so that a sloped floor does not cut it; another section has `up` up and cuts at the mean.
-    #[must_use]
-    pub fn of(positions: &[[f64; 3]], up: usize) -> Self {
+    pub(super) fn of(positions: &[[f64; 3]], up: usize) -> Self {
         let extent = |axis: usize| {
             let values = || positions.iter().map(|position| position[axis]);
             values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
@@ -92,20 +114,16 @@ impl Section {
     }
 
     /// A position in the plan.
-    #[must_use]
-    pub fn flat(&self, position: [f64; 3]) -> [f64; 2] {
+    fn flat(&self, position: [f64; 3]) -> [f64; 2] {
         self.axes.map(|axis| position[axis])
     }
 
-    /// Labels of the axes.
-    #[must_use]
-    pub fn labels(&self) -> [String; 2] {
+    fn labels(&self) -> [String; 2] {
         self.axes.map(|axis| format!("{} [m]", ["x", "y", "z"][axis]))
     }
 
     /// The plan of `places` without walls and sources.
-    #[must_use]
-    pub fn plan(&self, title: String, places: &[Place]) -> Plan {
+    pub(super) fn plan(&self, title: String, places: &[Place]) -> Plan {
         let mut taken = BTreeSet::new();
         let spot = |place: &Place| Spot { at: self.flat(place.position), cell: None, value: place.value };
         let is_free =

@@ -199,7 +199,7 @@ fn plans() -> Plans {
         value: (i < 5).then_some(f64::from(i)),
     };
     let grid: Vec<Place> = (0..6).map(place).collect();
-    let plane = Section::of(&grid.iter().map(|place| place.position).collect::<Vec<_>>(), 2);
+    let plane = super::plan::Section::of(&grid.iter().map(|place| place.position).collect::<Vec<_>>(), 2);
     let walls = vec![[[-0.5, -0.5], [2.5, -0.5]], [[2.5, -0.5], [2.5, 1.5]]];
     let full = Plan { walls, sources: vec![[0.2, 0.3]], ..plane.plan("grid".to_owned(), &grid) };
     let seat = [Place { position: [1.0, 1.0, 1.2], value: Some(2.5) }];

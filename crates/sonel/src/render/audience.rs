@@ -9,6 +9,8 @@ use sonel_geometry::Geometry;
 use sonel_renderer::ReceiverPoint;
 use sonel_scene::Scene;
 
+use crate::names::place;
+
 /// A response of so many receivers would take tens of gigabytes.
 pub(super) const MOST_POINTS: f64 = 1e5;
 
@@ -52,14 +54,8 @@ impl Audience {
     ) -> Result<(Vec<ReceiverPoint>, usize), String> {
         let (mut points, mut below) = (Vec::new(), 0);
         for name in &self.materials {
-            let Some(material) = scene.materials.iter().position(|known| known.name == *name) else {
-                let known: Vec<String> =
-                    scene.materials.iter().map(|material| format!("\"{}\"", material.name)).collect();
-                return Err(format!(
-                    "`audience`: the scene has no material \"{name}\"; it has {}",
-                    known.join(", ")
-                ));
-            };
+            let known = scene.materials.iter().map(|material| material.name.as_str());
+            let material = place(known, name, "`audience`: the scene has no material")?;
             let lattice = Lattice::over(scene.up, material as u32, geometry, self.spacing)
                 .ok_or_else(|| format!("`audience`: no face is of \"{name}\""))?;
             let columns = lattice.columns();

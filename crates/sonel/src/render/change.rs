@@ -12,6 +12,7 @@ use sonel_scene::{
 
 use crate::coefficients::{self, Coefficients, MaterialKey};
 use crate::error::At;
+use crate::names::place;
 use crate::{Error, Result};
 
 /// Change of a rendering against the scene of its map.
@@ -139,8 +140,8 @@ pub(super) fn changed(
         let label = file.display().to_string();
         let text = fs::read_to_string(file).at(|| format!("cannot read the materials {label}"))?;
         for other in load_materials(&text, &label, &scene.bands)? {
-            let place = find(&mut materials, &other.name, |material| &material.name, "material");
-            *place.at(|| label.clone())? = other;
+            let own = find(&mut materials, &other.name, |material| &material.name, "material");
+            *own.at(|| label.clone())? = other;
         }
     }
     for change in changes {
@@ -229,11 +230,8 @@ fn directivity(value: &str, source: &Source, scene: &Scene) -> Result<Directivit
 }
 
 fn find<'a, T>(all: &'a mut [T], name: &str, name_of: impl Fn(&T) -> &str, kind: &str) -> Result<&'a mut T> {
-    let known: Vec<String> = all.iter().map(|one| format!("\"{}\"", name_of(one))).collect();
-    let found = all.iter_mut().find(|one| name_of(one) == name);
-    found.ok_or_else(|| {
-        Error::refused(format!("the map has no {kind} \"{name}\"; it has {}", known.join(", ")))
-    })
+    let at = place(all.iter().map(name_of), name, &format!("the map has no {kind}"));
+    Ok(&mut all[at.map_err(Error::refused)?])
 }
 
 /// The keys of a material in a scene file, with `changes` in place of what they replace.
@@ -323,7 +321,7 @@ mod tests {
     #[test]
     fn what_cannot_be_set_is_refused_by_name() {
         for (text, expected) in [
-            ("materials.roof.absorption=0.1", "it has \"wall.north\""),
+            ("materials.roof.absorption=0.1", "it has wall.north"),
             (
                 "materials.wall.north.absorption=1.5",
                 "`set` materials.wall.north.absorption=1.5: materials.\"wall.north\".absorption: 1.5 is outside 0 … 1; give 1",

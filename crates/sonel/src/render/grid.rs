@@ -238,43 +238,35 @@ impl GridCounts {
         }
     }
 
+    /// How many points are left out, by the key and the words of the reason.
+    fn reasons(self) -> [(usize, &'static str, &'static str); 5] {
+        [
+            (self.on_surfaces, "on_surfaces", "on surfaces"),
+            (self.in_closed_objects, "in_closed_objects", "inside closed objects"),
+            (self.outside, "outside", "outside the room"),
+            (self.at_sources, "at_sources", "at a source"),
+            (self.below_faces, "below_faces", "below another face"),
+        ]
+    }
+
     /// Points that are left out.
     #[must_use]
     pub fn left_out(self) -> usize {
-        self.on_surfaces + self.in_closed_objects + self.outside + self.at_sources + self.below_faces
+        self.reasons().iter().map(|(count, ..)| count).sum()
     }
 
     /// Counts as `--json` prints them.
     pub fn json(self) -> Value {
-        json!({
-            "points": self.points,
-            "left_out": {
-                "on_surfaces": self.on_surfaces,
-                "in_closed_objects": self.in_closed_objects,
-                "outside": self.outside,
-                "at_sources": self.at_sources,
-                "below_faces": self.below_faces,
-            },
-        })
+        let left_out = self.reasons().map(|(count, key, _)| (key.to_owned(), json!(count)));
+        json!({ "points": self.points, "left_out": Value::from_iter(left_out) })
     }
 }
 
 impl Display for GridCounts {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let parts = [
-            (self.on_surfaces, "on surfaces"),
-            (self.in_closed_objects, "inside closed objects"),
-            (self.outside, "outside the room"),
-            (self.at_sources, "at a source"),
-            (self.below_faces, "below another face"),
-        ];
-        let left_out = self.left_out();
-        let parts: Vec<String> = parts
-            .iter()
-            .filter(|(count, _)| *count > 0)
-            .map(|(count, place)| format!("{count} {place}"))
-            .collect();
-        write!(f, "{left_out} of {} points are left out: {}", self.points, parts.join(", "))
+        let parts = self.reasons().into_iter().filter(|(count, ..)| *count > 0);
+        let parts: Vec<String> = parts.map(|(count, _, place)| format!("{count} {place}")).collect();
+        write!(f, "{} of {} points are left out: {}", self.left_out(), self.points, parts.join(", "))
     }
 }
 

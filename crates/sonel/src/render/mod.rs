@@ -11,7 +11,6 @@ mod remedy;
 mod uncertainty;
 mod until;
 
-use std::borrow::Cow;
 use std::sync::Arc;
 
 use serde_json::{Value, json};
@@ -143,7 +142,7 @@ impl Map {
         watched(observer, |watch| {
             watch.require_clock(options.at_most)?;
             let begun = watch.seconds().1;
-            let Changed { map, geometry, warnings } = self.changed(options)?;
+            let Design { map, geometry, warnings } = self.changed(options)?;
             let scene = &map.header().scene;
             let settings = options.settings(scene)?;
             let (shown, audience) = (options.grid.as_ref(), options.audience.as_ref());
@@ -167,11 +166,10 @@ impl Map {
     }
 
     /// The map with the materials and directivities that were asked for.
-    fn changed(&self, options: &RenderOptions) -> Result<Changed<'_>> {
-        let geometry = self.walls()?;
+    fn changed(&self, options: &RenderOptions) -> Result<Design> {
         let of_file = self.sonels();
         if options.variant.is_none() && options.materials.is_none() && options.set.is_empty() {
-            return Ok(Changed { map: Cow::Borrowed(of_file), geometry, warnings: Vec::new() });
+            return self.unchanged();
         }
         if of_file.header().settings.mode == Mode::Paper || options.estimator == Estimator::Paper {
             return Err(Error::refused(
@@ -181,18 +179,17 @@ impl Map {
         let scene = &of_file.header().scene;
         let (variant, file) = (options.variant.as_deref(), options.materials.as_deref());
         let (materials, sources) = change::changed(scene, variant, file, &options.set)?;
-        let make = |materials, sources| self.design(materials, sources, geometry);
-        let Design { map, geometry, warnings } = self.prepared().design(materials, sources, make)?;
-        Ok(Changed { map: Cow::Owned(map), geometry, warnings })
+        self.prepared().design(materials, sources, |materials, sources| self.design(materials, sources))
     }
 
-    /// The map with other materials and directivities; `geometry` is that of its own scene.
-    fn design(
-        &self,
-        materials: Vec<Material>,
-        sources: Vec<Source>,
-        geometry: Arc<Geometry>,
-    ) -> Result<Design> {
+    /// The map as it was traced.
+    fn unchanged(&self) -> Result<Design> {
+        Ok(Design { map: self.sonels().clone(), geometry: self.walls()?, warnings: Vec::new() })
+    }
+
+    /// The map with other materials and directivities.
+    fn design(&self, materials: Vec<Material>, sources: Vec<Source>) -> Result<Design> {
+        let geometry = self.walls()?;
         let label = || self.label().to_owned();
         let mut map = self.sonels().clone();
         map.require_whole().at(label)?;
@@ -221,19 +218,12 @@ impl Map {
     }
 }
 
-/// A map as it is rendered, its walls, and what is to be warned of.
-struct Changed<'a> {
-    map: Cow<'a, SonelMap>,
-    geometry: Arc<Geometry>,
-    warnings: Vec<String>,
-}
-
 /// A rendering about which everything is decided.
 pub struct PreparedRendering<'a> {
     label: &'a str,
     prepared: &'a Prepared,
     options: &'a RenderOptions,
-    map: Cow<'a, SonelMap>,
+    map: SonelMap,
     geometry: Arc<Geometry>,
     warnings: Vec<String>,
     settings: RenderSettings,

@@ -8,7 +8,7 @@ use sonel_renderer::{Air as Attenuation, Estimator, RenderSettings};
 use sonel_scene::Scene;
 use sonel_study::target::Targets;
 
-use crate::feasible::wrong_memory;
+use crate::feasible::wrong_limits;
 use crate::{Audience, Change, Error, Grid, Result};
 
 /// Options of a rendering.
@@ -103,14 +103,14 @@ impl RenderOptions {
     pub(super) fn check(&self) -> Result<()> {
         let positive = |number: f64| number.is_finite() && number > 0.0;
         let bin = Some(self.bin).filter(|&bin| !positive(bin));
-        let at_most = self.at_most.filter(|&seconds| !positive(seconds));
+        let [memory, at_most] = wrong_limits(self.memory, self.at_most);
         let problems = [
             bin.map(|bin| {
                 format!("`bin` {bin} s is no width of a time bin: give a width above 0 s, such as 0.001")
             }),
-            wrong_memory(self.memory),
+            memory,
             self.audience.as_ref().and_then(Audience::problem),
-            at_most.map(|seconds| format!("`at_most` {seconds} s is no limit: give a time above 0 s")),
+            at_most,
             (self.rays == Some(0)).then(|| "`rays` 0 gather nothing: give at least 1".to_owned()),
             (self.until.is_some() && self.shard.is_some())
                 .then(|| "`until` and `shard` cannot be combined".to_owned()),

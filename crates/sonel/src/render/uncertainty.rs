@@ -13,10 +13,11 @@ use sonel_study::response::render_variants;
 
 use crate::coefficients::{self, Coefficients};
 use crate::error::At;
+use crate::names::place;
 use crate::observer::{Observer, Severity, watched};
+use crate::prepared::Design;
 use crate::{Error, Map, Mode, Result};
 
-use super::Changed;
 use super::job::directivity;
 
 /// By how much an absorption is raised: small beside what bends a parameter, large beside rounding.
@@ -164,8 +165,7 @@ impl Map {
             let label = || self.label().to_owned();
             self.sonels().require_whole().at(label)?;
             self.check()?;
-            let Changed { map, geometry, .. } = self.as_rendered(response)?;
-            let mut map = map.into_owned();
+            let Design { mut map, geometry, .. } = self.as_rendered(response)?;
             let scene = &map.header().scene;
             let materials = scene.materials.clone();
             let bands = scene.bands.count();
@@ -218,16 +218,11 @@ impl Map {
     }
 
     /// The map with the materials that `response` was rendered with.
-    fn as_rendered(&self, response: &Echograms) -> Result<Changed<'_>> {
+    fn as_rendered(&self, response: &Echograms) -> Result<Design> {
         let scene = &self.sonels().header().scene;
         let changed = &response.metadata["options"]["changed"];
-        let geometry = self.walls()?;
         if changed.is_null() {
-            return Ok(Changed {
-                map: std::borrow::Cow::Borrowed(self.sonels()),
-                geometry,
-                warnings: Vec::new(),
-            });
+            return self.unchanged();
         }
         if let Some(source) = scene
             .sources
@@ -239,25 +234,8 @@ impl Map {
                 source.name
             )));
         }
-        let mut materials = scene.materials.clone();
-        for material in &mut materials {
-            let stated = &changed["materials"][&material.name];
-            let Material { absorption, scattering, transmission, .. } = material;
-            for (key, values) in
-                [("absorption", absorption), ("scattering", scattering), ("transmission", transmission)]
-            {
-                let listed = stated[key].as_array().into_iter().flatten().filter_map(Value::as_f64);
-                for (value, stated) in values.iter_mut().zip(listed) {
-                    *value = stated;
-                }
-            }
-        }
-        let design = self.design(materials, scene.sources.clone(), geometry)?;
-        Ok(Changed {
-            map: std::borrow::Cow::Owned(design.map),
-            geometry: design.geometry,
-            warnings: design.warnings,
-        })
+        let materials = coefficients::rendered_with(&scene.materials, &changed["materials"], 0.0);
+        self.design(materials, scene.sources.clone())
     }
 }
 
@@ -307,6 +285,7 @@ fn steps(uncertainties: &[Vec<f64>], materials: &[Material]) -> Vec<Step> {
 /// Standard uncertainty of every material per band; 0 where none is given.
 fn uncertainties(given: &[AbsorptionUncertainty], scene: &Scene) -> Result<Vec<Vec<f64>>> {
     let bands = scene.bands.count();
+    let known = || scene.materials.iter().map(|material| material.name.as_str());
     let mut found = vec![None; scene.materials.len()];
     let mut of_others = None;
     let mut problems = Vec::new();
@@ -324,19 +303,17 @@ fn uncertainties(given: &[AbsorptionUncertainty], scene: &Scene) -> Result<Vec<V
         if let Some(wrong) = numbers.iter().find(|number| !RANGE.contains(number)) {
             problems.push(format!("uncertainty {wrong} of {whose} is outside 0 … 0.5"));
         }
-        let place = match material {
+        let stated = match material {
             None => &mut of_others,
-            Some(name) => match scene.materials.iter().position(|material| material.name == *name) {
-                Some(index) => &mut found[index],
-                None => {
-                    let names: Vec<&str> =
-                        scene.materials.iter().map(|material| material.name.as_str()).collect();
-                    problems.push(format!("the scene has no material {whose}; it has {}", names.join(", ")));
+            Some(name) => match place(known(), name, "the scene has no material") {
+                Ok(index) => &mut found[index],
+                Err(problem) => {
+                    problems.push(problem);
                     continue;
                 }
             },
         };
-        if place.replace((numbers, *is_relative)).is_some() {
+        if stated.replace((numbers, *is_relative)).is_some() {
             problems.push(format!("the uncertainty of {whose} is given twice"));
         }
     }

@@ -85,7 +85,7 @@ pub(super) fn enough(
     let names = Names::of(&header.scene, &planner.evaluation_receivers);
     watch.info(&need.in_words(emissions, &names));
     let told = json!({ "enough": need.json(emissions, &names) });
-    Ok(Finished { traced, told, is_reached: true })
+    Ok(Finished { traced, told, is_reached: None })
 }
 
 /// The number rounded up to two digits, which are easily typed again.

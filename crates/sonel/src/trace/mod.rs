@@ -163,7 +163,6 @@ impl PreparedTrace<'_> {
             let seconds = watch.seconds();
             drop(planner);
             let map = Map::of(map, "the map".to_owned());
-            let is_reached = self.options.until.as_ref().map(|_| is_reached);
             warn_of_empty_batches(&self.header.settings, watch);
             check(&ledger)?;
             Ok(Traced { map, ledger, decisions: self.decisions, is_reached, seconds, told })
@@ -188,7 +187,7 @@ impl PreparedTrace<'_> {
             enough::enough(planner, &self.header, store, watch)?
         } else {
             let traced = trace(self.header.clone(), &self.geometry, beginning, store, watch)?;
-            Finished { traced, told: json!({}), is_reached: true }
+            Finished { traced, told: json!({}), is_reached: None }
         };
         let seconds = watch.seconds().1 - before;
         if let Some(plan) = plan.filter(|_| self.options.shard.is_none()) {
@@ -196,7 +195,7 @@ impl PreparedTrace<'_> {
             watch.info(&comparison.line());
             extend(&mut told, &comparison.json());
         }
-        Ok(Finished { traced, told, is_reached: true })
+        Ok(Finished { traced, told, is_reached: None })
     }
 }
 
@@ -210,7 +209,8 @@ struct Run {
 struct Finished {
     traced: Run,
     told: Value,
-    is_reached: bool,
+    /// Whether targets were reached; none without.
+    is_reached: Option<bool>,
 }
 
 fn warn_of_empty_batches(settings: &Settings, watch: Watch<'_>) {

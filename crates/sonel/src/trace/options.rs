@@ -4,7 +4,7 @@ use sonel_map::{Mode, Settings, ShardRange, Spectral};
 use sonel_scene::LONGEST_DURATION;
 use sonel_study::target::Targets;
 
-use crate::feasible::wrong_memory;
+use crate::feasible::wrong_limits;
 use crate::{Effects, Error, Map, Result, Variants};
 
 /// Options of a trace; those that are none have the default stated here.
@@ -76,7 +76,7 @@ impl TraceOptions<'_> {
         let survival = self.survival.filter(|survival| !(0.0..=1.0).contains(survival));
         let duration = self.duration.filter(|&duration| !(duration > 0.0 && duration <= LONGEST_DURATION));
         let batches = self.batches.filter(|batches| !(1..=MOST_BATCHES).contains(batches));
-        let at_most = self.at_most.filter(|&seconds| !(seconds.is_finite() && seconds > 0.0));
+        let [memory, at_most] = wrong_limits(self.memory, self.at_most);
         let when = |wrong: bool, sentence: &str| wrong.then(|| sentence.to_owned());
         let problems = [
             survival.map(|survival| format!("`survival` {survival} is outside 0 … 1")),
@@ -92,8 +92,8 @@ impl TraceOptions<'_> {
                 format!("`duration` {duration} s is outside the allowed range: give a number above 0 and at most {LONGEST_DURATION} s")
             }),
             batches.map(|batches| format!("`batches` {batches} is outside 1 … {MOST_BATCHES}")),
-            wrong_memory(self.memory),
-            at_most.map(|seconds| format!("`at_most` {seconds} s is no limit: give a time above 0 s")),
+            memory,
+            at_most,
             when(
                 self.extend.is_some() && !is_longer,
                 "`extend` needs `packets` N: those of the whole new map",

@@ -4,7 +4,8 @@ use serde_json::{Value, json};
 use sonel_map::{EffectState, Fate, MapHeader};
 use sonel_study::effects::{Bound, Decision, Skip};
 
-use crate::ledger::{balances_json, fates_json};
+use crate::ledger::{balances_json, fates_json, on_in_words};
+use crate::plan::extend;
 use crate::trace::Traced;
 
 impl Traced {
@@ -44,28 +45,17 @@ impl Traced {
             "ledger": balances_json(&self.ledger, scene.bands.nominal(), scene.sources.len()),
             "effects": effects_json(self.header(), &self.decisions),
         });
-        for (key, value) in self.told.as_object().into_iter().flatten() {
-            report[key] = value.clone();
-        }
+        extend(&mut report, &self.told);
         report
     }
 }
 
 /// A line for each effect: whether it is on, and why.
 fn effects(header: &MapHeader) -> String {
-    let lines: Vec<String> = header
-        .effects
-        .iter()
-        .map(|effect| {
-            let state = match effect.on.iter().filter(|on| **on).count() {
-                0 => "off".to_owned(),
-                all if all == effect.on.len() => "on".to_owned(),
-                some => format!("on in {some} of {} bands", effect.on.len()),
-            };
-            format!("  {:12} {state}: {}", effect.effect.name(), effect.reason)
-        })
-        .collect();
-    lines.join("\n")
+    let line = |effect: &EffectState| {
+        format!("  {:12} {}: {}", effect.effect.name(), on_in_words(&effect.on), effect.reason)
+    };
+    header.effects.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
 /// Decisions on effects with their reasons, in lines.

@@ -87,7 +87,7 @@ pub(super) fn until(
     told["until"]["packets"] = json!(emissions);
     told["until"]["rays"] = json!(Effort::of_trace(emissions, batches).rays);
     told["until"]["iterations"] = json!(iterations);
-    Ok(Finished { traced, told, is_reached: found.is_reached() })
+    Ok(Finished { traced, told, is_reached: Some(found.is_reached()) })
 }
 
 /// Begin of a run.

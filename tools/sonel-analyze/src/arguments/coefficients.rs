@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sonel_analysis::Parameter;
-use sonel_console::count::parse_count;
+use sonel_console::count::{numbers, parse_rays};
 use sonel_console::receiver::parse_receiver;
 use sonel_design::goal::Goal;
 use sonel_renderer::ReceiverPoint;
@@ -53,11 +53,6 @@ pub struct FitArguments {
 
 fn parse_parameter(text: &str) -> Result<Parameter, String> {
     sonel_study::target::parameter(text).map_err(|error| error.to_string())
-}
-
-fn parse_rays(text: &str) -> Result<u32, String> {
-    let count = u32::try_from(parse_count(text)?);
-    count.map_err(|_| format!("{text} rays are too many: give at most {}", u32::MAX))
 }
 
 fn parse_positive(text: &str) -> Result<f64, String> {
@@ -132,20 +127,18 @@ fn parse_change(text: &str) -> Result<Change, String> {
     };
     let (name, to) = text.rsplit_once('=').ok_or_else(wrong)?;
     let name = name.trim().to_owned();
-    let Some((low, high)) = to.split_once(':') else {
+    if !to.contains(':') {
         let entries: Vec<String> = to.split(',').map(|entry| entry.trim().to_owned()).collect();
         return if entries.iter().any(String::is_empty) {
             Err(wrong())
         } else {
             Ok(Change { name, to: To::Entries(entries) })
         };
-    };
-    let bounds = [low, high].map(|bound| bound.trim().parse::<f64>().unwrap_or(f64::NAN));
-    if !(0.0 <= bounds[0] && bounds[0] < bounds[1] && bounds[1] <= 1.0) {
-        return Err(format!(
-            "\"{to}\" are not bounds of absorption: write LOW:HIGH within 0 … 1, the lower first"
-        ));
     }
+    let is_within = |[low, high]: &[f64; 2]| 0.0 <= *low && low < high && *high <= 1.0;
+    let bounds = numbers(to, ':').filter(is_within).ok_or_else(|| {
+        format!("\"{to}\" are not bounds of absorption: write LOW:HIGH within 0 … 1, the lower first")
+    })?;
     Ok(Change { name, to: To::Absorption(bounds) })
 }
 

@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use sonel_analysis::Parameter;
 use sonel_console::heard::HeardArguments;
 use sonel_study::target;
+use sonel_view::Single;
 
 /// `plot`.
 #[derive(Debug, Clone, Args)]
@@ -36,8 +37,8 @@ pub struct Plot {
     pub receiver: Option<String>,
     /// Parameter of a map, named as by `parameters`, or level, g, edt, t20, t30, c50, c80, d50, ts, lf, lfc, lj, sti, and
     /// with --noise u50, snr.
-    #[arg(long, value_name = "NAME", default_value = "g", value_parser = Drawn::parse)]
-    pub parameter: Drawn,
+    #[arg(long, value_name = "NAME", default_value = "g", value_parser = parse_drawn)]
+    pub parameter: Single,
     /// Band of a map or of early reflections by its nominal centre [Hz]. By default a map shows single numbers, and early
     /// reflections are summed over all bands, weighted by the power of the source.
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
@@ -62,60 +63,23 @@ pub enum What {
     Map,
 }
 
-/// What a map shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Drawn {
-    /// A parameter per band, or its single number.
-    Parameter(Parameter),
-    /// Speech transmission index.
-    Speech,
-}
+/// Short names of parameters that targets of --until do not have: lateral ones, then those of speech in noise.
+const SHORT_NAMES: [&str; 5] = ["lf", "lfc", "lj", "u50", "snr"];
 
-/// Short names of parameters that targets of --until do not have.
-const LATERAL_NAMES: [&str; 3] = ["lf", "lfc", "lj"];
-
-/// Short names of parameters of speech in noise.
-const IN_NOISE_NAMES: [&str; 2] = ["u50", "snr"];
-
-impl Drawn {
-    fn parse(text: &str) -> Result<Self, String> {
-        let name = text.trim().to_lowercase();
-        if name == "sti" || name == "speech_transmission_index" {
-            return Ok(Self::Speech);
-        }
-        let supports = Parameter::SUPPORT.map(|(parameter, _)| parameter);
-        if let Some((_, parameter)) =
-            IN_NOISE_NAMES.into_iter().zip(Parameter::IN_NOISE).find(|(known, _)| *known == name)
-        {
-            return Ok(Self::Parameter(parameter));
-        }
-        let by_key = [&Parameter::ALL[..], &Parameter::LATERAL, &supports, &Parameter::IN_NOISE]
-            .concat()
-            .into_iter()
-            .find(|known| known.key() == name);
-        let by_letters = LATERAL_NAMES
-            .into_iter()
-            .zip(Parameter::LATERAL)
-            .find(|(known, _)| *known == name)
-            .map(|(_, found)| found);
-        let found = by_key.or(by_letters).or_else(|| target::parameter(&name).ok());
-        found.map(Self::Parameter).ok_or_else(|| {
-            let lateral = LATERAL_NAMES.join(", ");
-            format!(
-                "\"{text}\" is not a parameter: write one of {}, {lateral}, sti, u50, snr",
-                target::names()
-            )
-        })
+fn parse_drawn(text: &str) -> Result<Single, String> {
+    let name = text.trim().to_lowercase();
+    if name == "sti" || name == "speech_transmission_index" {
+        return Ok(Single::Speech);
     }
-
-    /// Its symbol and unit, and the factor from its own unit to that one.
-    #[must_use]
-    pub fn heading(self) -> (&'static str, &'static str, f64) {
-        match self {
-            Self::Parameter(parameter) => parameter.heading(),
-            Self::Speech => ("STI", "", 1.0),
-        }
-    }
+    let supports = Parameter::SUPPORT.map(|(parameter, _)| parameter);
+    let known = [&Parameter::ALL[..], &Parameter::LATERAL, &supports, &Parameter::IN_NOISE].concat();
+    let short = Parameter::LATERAL.into_iter().chain(Parameter::IN_NOISE).zip(SHORT_NAMES);
+    let named = known.into_iter().map(|parameter| (parameter, parameter.key())).chain(short);
+    let found = named.into_iter().find(|(_, known)| *known == name).map(|(parameter, _)| parameter);
+    found.or_else(|| target::parameter(&name).ok()).map(Single::Of).ok_or_else(|| {
+        let names = target::names();
+        format!("\"{text}\" is not a parameter: write one of {names}, lf, lfc, lj, sti, u50, snr")
+    })
 }
 
 #[cfg(test)]
@@ -125,11 +89,11 @@ mod tests {
     #[test]
     fn parameters_of_maps_have_long_and_short_names() {
         for name in ["c80", "C80", "clarity_c80_db"] {
-            assert_eq!(Drawn::parse(name), Ok(Drawn::Parameter(Parameter::ClarityC80)));
+            assert_eq!(parse_drawn(name), Ok(Single::Of(Parameter::ClarityC80)));
         }
-        assert_eq!(Drawn::parse("lj"), Ok(Drawn::Parameter(Parameter::LateLateralLevel)));
-        assert_eq!(Drawn::parse("support_late_db"), Ok(Drawn::Parameter(Parameter::SupportLate)));
-        assert_eq!(Drawn::parse("sti"), Ok(Drawn::Speech));
-        assert!(Drawn::parse("rt60").unwrap_err().contains("t30"));
+        assert_eq!(parse_drawn("lj"), Ok(Single::Of(Parameter::LateLateralLevel)));
+        assert_eq!(parse_drawn("support_late_db"), Ok(Single::Of(Parameter::SupportLate)));
+        assert_eq!(parse_drawn("sti"), Ok(Single::Speech));
+        assert!(parse_drawn("rt60").unwrap_err().contains("t30"));
     }
 }

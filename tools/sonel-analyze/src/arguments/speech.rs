@@ -4,7 +4,7 @@ use super::Printed;
 use std::path::PathBuf;
 
 use clap::Args;
-use sonel_console::heard::{noise, speech};
+use sonel_analysis::speech::{noise_level_db, speech_power_level_db};
 
 /// `open-plan`.
 #[derive(Debug, Clone, Args)]
@@ -23,10 +23,10 @@ pub struct OpenPlan {
     pub output: Option<PathBuf>,
     /// Background noise: a curve such as NR-35 or NC-30, or levels in the octaves 125 … 8000 Hz [dB re 20 µPa], seven numbers with commas
     /// between.
-    #[arg(long, value_name = "CURVE|L125,…,L8000", value_parser = noise, allow_hyphen_values = true)]
+    #[arg(long, value_name = "CURVE|L125,…,L8000", value_parser = noise_level_db, allow_hyphen_values = true)]
     pub noise: [f64; 7],
     /// Speech: normal, raised, loud, shouted, iec, or power levels in these octaves [dB re 1 pW] [default: normal effort of ISO 3382-3].
-    #[arg(long, value_name = "EFFORT|LW125,…,LW8000", value_parser = speech, allow_hyphen_values = true)]
+    #[arg(long, value_name = "EFFORT|LW125,…,LW8000", value_parser = speech_power_level_db, allow_hyphen_values = true)]
     pub speech: Option<[f64; 7]>,
     /// Talker [default: the first source].
     #[arg(long, value_name = "NAME")]

@@ -25,11 +25,8 @@ pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let (map_a, geometry_a) = open::checked_map(&arguments.a)?;
     let (map_b, geometry_b) = open::checked_map(arguments.other())?;
     if map_a.digest() == map_b.digest() {
-        if arguments.printed.is_json() {
-            writeln!(out, "{:#}", json!({ "kind": "sonelmap", "same": true, "identical": true }))?;
-        } else {
-            writeln!(out, "identical: the maps are equal byte for byte")?;
-        }
+        let json = || json!({ "kind": "sonelmap", "same": true, "identical": true });
+        arguments.printed.print(out, json, || "identical: the maps are equal byte for byte\n".to_owned())?;
         return Ok(Outcome::Done);
     }
     let changes = changes(&map_a, &map_b);
@@ -38,11 +35,8 @@ pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let comparison = compare(a, b).with_context(|| {
         format!("cannot compare {} with {}", arguments.a.display(), arguments.other().display())
     })?;
-    if arguments.printed.is_json() {
-        writeln!(out, "{:#}", to_json(&comparison, &changes))?;
-    } else {
-        write!(out, "{}", to_text(&comparison, &changes, arguments.list))?;
-    }
+    let text = || to_text(&comparison, &changes, arguments.list);
+    arguments.printed.print(out, || to_json(&comparison, &changes), text)?;
     let differ = comparison.tiers.iter().flat_map(|tier| &tier.cells).any(|cell| cell.differs);
     Ok(if differ { Outcome::Missed } else { Outcome::Done })
 }

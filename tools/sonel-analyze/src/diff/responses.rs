@@ -54,11 +54,8 @@ pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
         );
     }
     let provenance = provenance(&a.metadata, &b.metadata);
-    if arguments.printed.is_json() {
-        writeln!(out, "{:#}", to_json(&comparison, &provenance))?;
-    } else {
-        write!(out, "{}", to_text(&comparison, &provenance, arguments))?;
-    }
+    let text = || to_text(&comparison, &provenance, arguments);
+    arguments.printed.print(out, || to_json(&comparison, &provenance), text)?;
     Ok(if comparison.beyond_noise().next().is_some() { Outcome::Missed } else { Outcome::Done })
 }
 

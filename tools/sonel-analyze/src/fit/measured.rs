@@ -4,6 +4,7 @@ use std::io::Write;
 
 use anyhow::{Context, bail};
 use glam::DVec3;
+use sonel::names::{band, place};
 use sonel_analysis::Parameter;
 use sonel_analysis::measured::{MeasuredRow, read as read_rows};
 use sonel_console::input;
@@ -102,26 +103,16 @@ impl Measured {
     fn place(&mut self, row: &MeasuredRow, scene: &Scene) -> Result<(usize, usize, usize), String> {
         let sources: Vec<&str> = scene.sources.iter().map(|source| source.name.as_str()).collect();
         let source = match &row.source {
-            None if sources.len() == 1 => Some(0),
+            None if sources.len() == 1 => 0,
             None => {
                 return Err(format!(
                     "the map has several sources: add a column source ({})",
                     sources.join(", ")
                 ));
             }
-            Some(name) => sources.iter().position(|known| known == name),
+            Some(name) => place(sources, name, "the map has no source")?,
         };
-        let unknown = || {
-            let name = row.source.as_deref().unwrap_or_default();
-            format!("the map has no source \"{name}\"; it has {}", sources.join(", "))
-        };
-        let source = source.ok_or_else(unknown)?;
-        let nominal = scene.bands.nominal();
-        let is_band = |center: &f64| (center / row.center_frequency_hz - 1.0).abs() < 1e-3;
-        let band = nominal.iter().position(is_band).ok_or_else(|| {
-            let centers: Vec<String> = nominal.iter().map(ToString::to_string).collect();
-            format!("the map has no band of {} Hz; it has {} Hz", row.center_frequency_hz, centers.join(", "))
-        })?;
+        let band = band(scene.bands.nominal(), row.center_frequency_hz, "the map has no band")?;
         Ok((source, self.receiver(row)?, band))
     }
 

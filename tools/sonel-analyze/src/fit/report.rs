@@ -2,10 +2,10 @@
 
 use std::io::Write;
 
-use comfy_table::{CellAlignment, Table, presets};
 use serde_json::{Value, json};
 use sonel_acoustics::Coefficient;
 use sonel_analysis::Parameter;
+use sonel_console::table::aligned;
 use sonel_design::fit::{Fit, Fitted, Identifiability};
 use sonel_scene::Scene;
 
@@ -31,52 +31,34 @@ fn rows(fit: &Fit) -> impl Iterator<Item = &[Fitted]> {
 
 fn table(fit: &Fit, scene: &Scene) -> String {
     let centers = scene.bands.nominal();
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
     let head = ["material", "coefficient", ""].map(str::to_owned);
-    table.set_header(head.into_iter().chain(centers.iter().map(|center| format!("{center} Hz"))));
+    let head = head.into_iter().chain(centers.iter().map(|center| format!("{center} Hz")));
+    let mut lines = Vec::new();
     for row in rows(fit) {
         let cells = |of: &dyn Fn(&Fitted) -> String| -> Vec<String> {
             let cell = |band: usize| row.iter().find(|one| one.band == band).map_or("–".to_owned(), of);
             (0..centers.len()).map(cell).collect()
         };
         let name = [scene.materials[row[0].material].name.clone(), row[0].coefficient.to_string()];
-        let begin = |label: &str| name.clone().into_iter().chain([label.to_owned()]);
-        table.add_row(begin("map").chain(cells(&|one| format!("{:.3}", one.start))));
-        let blank = |label: &str| [String::new(), String::new(), label.to_owned()];
-        table.add_row(blank("fitted").into_iter().chain(cells(&|one| format!("{:.3}", one.value))));
-        let interval = |one: &Fitted| format!("{:.3}–{:.3}", one.interval[0], one.interval[1]);
-        table.add_row(blank("95 %").into_iter().chain(cells(&interval)));
+        let [map, fitted, interval] = ["map", "fitted", "95 %"].map(str::to_owned);
+        let blank = || [String::new(), String::new()];
+        lines.push([&name[..], &[map], &cells(&|one| format!("{:.3}", one.start))].concat());
+        lines.push([&blank()[..], &[fitted], &cells(&|one| format!("{:.3}", one.value))].concat());
+        let ends = |one: &Fitted| format!("{:.3}–{:.3}", one.interval[0], one.interval[1]);
+        lines.push([&blank()[..], &[interval], &cells(&ends)].concat());
     }
-    for column in table.column_iter_mut().skip(3) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     let sentences: String = sentences(fit, scene).iter().map(|sentence| format!("{sentence}\n")).collect();
-    format!("{}\n\n{}\n{sentences}", lines.join("\n"), deviations(fit))
+    format!("{}\n{}\n{sentences}", aligned(head, lines, 3..), deviations(fit))
 }
 
 /// Root mean squares of the deviations by parameter.
 fn deviations(fit: &Fit) -> String {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
-    table.set_header(["deviation", "values", "map [JND]", "fitted [JND]", "fitted [σ]"]);
-    for parameter in Parameter::ALL {
-        let Some([count, before, after, sigmas]) = mean_squares(fit, parameter) else { continue };
-        let number = |square: f64| format!("{:.2}", (square / count).sqrt());
-        table.add_row([
-            parameter.heading().0.to_owned(),
-            count.to_string(),
-            number(before),
-            number(after),
-            number(sigmas),
-        ]);
-    }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
-    lines.join("\n") + "\n"
+    let rows = Parameter::ALL.into_iter().filter_map(|parameter| {
+        let [count, squares @ ..] = mean_squares(fit, parameter)?;
+        let roots = squares.map(|square| format!("{:.2}", (square / count).sqrt()));
+        Some([&[parameter.heading().0.to_owned(), count.to_string()][..], &roots].concat())
+    });
+    aligned(["deviation", "values", "map [JND]", "fitted [JND]", "fitted [σ]"], rows, 1..)
 }
 
 /// Count and sums of squares of deviations with the map's coefficients and with those fitted [JND], and with those fitted in standard

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use sonel::ledger::{balances_json, fates_json};
 use sonel_acoustics::Material;
 use sonel_analysis::survey::Deposit;
+use sonel_console::quantity::list;
 use sonel_map::{Fate, MapHeader, hexadecimal};
 use sonel_scene::{Region, Scene};
 
@@ -126,7 +127,7 @@ pub fn text(walked: &WalkedMap) -> String {
             header.shard.count
         ),
     );
-    line("bands", &format!("{} Hz", numbers(scene.bands.nominal())));
+    line("bands", &format!("{} Hz", list(scene.bands.nominal())));
     line("duration", &format!("{} s at {:.2} m/s", scene.duration, scene.speed_of_sound));
     if scene.sound_speed_gradient != 0.0 {
         line("gradient", &format!("{} m/s per metre of height", scene.sound_speed_gradient));
@@ -135,10 +136,10 @@ pub fn text(walked: &WalkedMap) -> String {
         line("region", &format!("\"{}\" at {:.2} m/s", region.name, region.speed_of_sound));
     }
     for source in &scene.sources {
-        line("source", &format!("{} at ({}) m", source.name, numbers(&source.position.to_array())));
+        line("source", &format!("{} at ({}) m", source.name, list(&source.position.to_array())));
     }
     for receiver in &scene.receivers {
-        line("receiver", &format!("{} at ({}) m", receiver.name, numbers(&receiver.position.to_array())));
+        line("receiver", &format!("{} at ({}) m", receiver.name, list(&receiver.position.to_array())));
     }
     for effect in &header.effects {
         let on = effect.on.iter().filter(|on| **on).count();
@@ -225,8 +226,4 @@ fn omitted(text: &mut String, count: usize, what: &str) {
 
 fn mean(energies: &[f64]) -> f64 {
     energies.iter().sum::<f64>() / energies.len() as f64
-}
-
-fn numbers(values: &[f64]) -> String {
-    values.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
-use sonel_console::quantity::counted;
+use sonel_console::quantity::{counted, list};
 use sonel_echogram::{ArrivalKind, Response};
 
 /// The kinds of arrivals by name.
@@ -106,8 +106,4 @@ fn arrivals(response: &Response) -> impl Iterator<Item = (&'static str, usize)> 
         let code = *kind as u32;
         (*name, response.arrivals.kind.iter().filter(|found| **found == code).count())
     })
-}
-
-fn list(numbers: &[f64]) -> String {
-    numbers.iter().map(ToString::to_string).collect::<Vec<String>>().join(", ")
 }

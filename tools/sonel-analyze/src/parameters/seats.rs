@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 use sonel_analysis::{ParameterValue, ReceiverParameters};
+use sonel_console::quantity;
 use sonel_study::criteria::{Criterion, Judged, Verdict, verdict};
 
 /// A target at the receivers of a source.
@@ -68,12 +69,7 @@ pub fn text(shares: &[Share]) -> String {
         };
         let (symbol, unit, factor) = target.parameter.heading();
         for Counts { judged, pass, fail, undecided, without_value } in bands {
-            let [low, high] = judged.range.map(|end| factor * end);
-            let range = match (low.is_finite() && low != 0.0, high.is_finite()) {
-                (true, true) => format!("{low:.2} … {high:.2}"),
-                (false, true) => format!("at most {high:.2}"),
-                _ => format!("at least {low:.2}"),
-            };
+            let range = quantity::range(judged.range.map(|end| factor * end));
             let missing = match without_value {
                 0 => String::new(),
                 missing => format!(", {missing} without a value"),

@@ -5,6 +5,7 @@ use std::io::Write;
 use anyhow::bail;
 use serde_json::{Value, json};
 use sonel_analysis::ReceiverParameters;
+use sonel_analysis::comparison::Pairing;
 use sonel_analysis::report::{self, Column};
 
 use super::{Read, json_of, seats};
@@ -17,13 +18,14 @@ use crate::arguments::{Format, Parameters};
 pub fn print(arguments: &Parameters, responses: &[Read], out: &mut dyn Write) -> anyhow::Result<()> {
     let mut columns: Vec<Column> = responses
         .iter()
-        .map(|read| Column {
-            name: read.name.clone(),
-            parameters: read.parameters.clone(),
-            pairing: sonel_analysis::comparison::Pairing::of(&responses[0].metadata, &read.metadata),
+        .map(|Read { subject, .. }| Column {
+            name: subject.name.clone(),
+            parameters: subject.parameters.clone(),
+            pairing: Pairing::of(&responses[0].subject.echograms().metadata, &subject.echograms().metadata),
         })
         .collect();
-    let is_measured: Vec<bool> = responses.iter().map(|read| read.metadata["measured"].is_object()).collect();
+    let is_measured: Vec<bool> =
+        responses.iter().map(|read| read.subject.echograms().is_measured()).collect();
     name_measurements(&mut columns, &is_measured);
     for (column, path) in columns.iter().zip(&arguments.responses).skip(1) {
         let is_shared = column.parameters.iter().any(|found| {
@@ -44,7 +46,7 @@ pub fn print(arguments: &Parameters, responses: &[Read], out: &mut dyn Write) ->
         Format::Table => {
             write!(out, "{}", report::beside_table(&columns, arguments.mean))?;
             for read in responses.iter().filter(|read| !read.shares.is_empty()) {
-                write!(out, "\n{}\n{}", read.name, seats::text(&read.shares))?;
+                write!(out, "\n{}\n{}", read.subject.name, seats::text(&read.shares))?;
             }
         }
         Format::Csv => report::beside_csv(&columns, arguments.mean, out)?,
@@ -53,7 +55,7 @@ pub fn print(arguments: &Parameters, responses: &[Read], out: &mut dyn Write) ->
                 .iter()
                 .map(|read| {
                     let mut written = json_of(arguments, read);
-                    written["name"] = json!(read.name);
+                    written["name"] = json!(read.subject.name);
                     written
                 })
                 .collect();

@@ -4,21 +4,17 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::bail;
-use sonel_analysis::average::single_number;
 use sonel_analysis::receiver::parameters_of;
 use sonel_analysis::{ParameterValue, ReceiverParameters};
 use sonel_console::quantity::counted;
-use sonel_drawing::plot::{Axis, Place, Plan, Plans, Section};
-use sonel_geometry::section;
+use sonel_drawing::plot::{Axis, Place, Plan, Plans};
 use sonel_scene::Scene;
+use sonel_view::Single;
 
 use super::Subject;
-use crate::arguments::{Drawn, Plot};
+use crate::arguments::Plot;
 use crate::open;
 use sonel_console::artifact::check_scene;
-
-/// Where no map says otherwise, z is up.
-const USUAL_UP: usize = 2;
 
 /// A plan of every response, with the walls of the map where there is one.
 pub fn of(
@@ -35,12 +31,7 @@ pub fn of(
     }
     let each =
         subjects.iter().map(|subject| plan(subject, scene, arguments, log)).collect::<Result<_, _>>()?;
-    let (symbol, unit, _) = arguments.parameter.heading();
-    Ok(Plans { scale: Axis::linear(label(symbol, unit)), each })
-}
-
-fn label(symbol: &str, unit: &str) -> String {
-    if unit.is_empty() { symbol.to_owned() } else { format!("{symbol} [{unit}]") }
+    Ok(Plans { scale: Axis::linear(arguments.parameter.label()), each })
 }
 
 fn plan(
@@ -64,9 +55,8 @@ fn plan(
         value: value.as_ref().ok().map(|estimate| factor * estimate.value),
     };
     let places: Vec<Place> = response.receiver_positions.iter().zip(&values).map(place).collect();
-    let up = scene.map_or(USUAL_UP, |scene| scene.up.abs().max_position());
-    let section_plane = Section::of(&response.receiver_positions, up);
-    let mut plan = section_plane.plan(title(subject, arguments), &places);
+    let room = scene.map(|scene| (&scene.mesh, scene.up));
+    let plan = Plan::of(title(subject, arguments), &places, response.source_positions[subject.source], room);
     if plan.hidden > 0 {
         writeln!(
             log,
@@ -75,18 +65,13 @@ fn plan(
             counted(plan.hidden, "receiver")
         )?;
     }
-    plan.sources = vec![section_plane.flat(response.source_positions[subject.source])];
-    if let Some(scene) = scene {
-        let lines = section(&scene.mesh, section_plane.normal, section_plane.offset);
-        plan.walls = lines.iter().map(|ends| ends.map(|end| section_plane.flat(end.to_array()))).collect();
-    }
     Ok(plan)
 }
 
 fn title(subject: &Subject, arguments: &Plot) -> String {
     let source = &subject.response.source_names[subject.source];
     let band = match (arguments.parameter, arguments.band) {
-        (Drawn::Speech, _) => String::new(),
+        (Single::Speech, _) => String::new(),
         (_, Some(band)) => format!(", {band} Hz"),
         (_, None) => ", single number".to_owned(),
     };
@@ -99,10 +84,9 @@ fn value(
     arguments: &Plot,
 ) -> anyhow::Result<ParameterValue> {
     Ok(match (arguments.parameter, arguments.band) {
-        (Drawn::Speech, None) => receiver.speech_transmission_index.clone(),
-        (Drawn::Speech, Some(_)) => bail!("the speech transmission index has no bands: omit --band"),
-        (Drawn::Parameter(parameter), None) => single_number(receiver, parameter),
-        (Drawn::Parameter(parameter), Some(band)) => {
+        (single, None) => single.value(receiver),
+        (Single::Speech, Some(_)) => bail!("the speech transmission index has no bands: omit --band"),
+        (Single::Of(parameter), Some(band)) => {
             receiver.bands[subject.band(band)?].parameter(parameter).clone()
         }
     })

@@ -357,3 +357,19 @@ fn a_closed_pipe_ends_the_program_quietly() {
     }
     assert_eq!(run(&["inspect", "nowhere.npz"]).status.code(), Some(2), "other errors are told");
 }
+
+#[test]
+fn what_a_command_reads_is_not_replaced() {
+    let folder = TestFolder::with(SCENE);
+    trace(&folder, "a.sonelmap", &["--packets", "200"]);
+    let head = "source,receiver,receiver_x_m,receiver_y_m,receiver_z_m,center_frequency_hz,parameter,value";
+    folder.write("a.csv", format!("{head}\npit,here,2,2,2,250,t20_s,1\n"));
+    folder.write("dry.wav", "");
+    for words in [
+        &["fit", "a.sonelmap", "--measured", "a.csv", "-o", "a.csv"][..],
+        &["listen", "hall.wav", "dry.wav", "-o", "dry.wav"],
+    ] {
+        let said = analyze(&folder, words).refused();
+        assert!(said.contains("is an input of this command"), "{words:?}: {said}");
+    }
+}

@@ -1,20 +1,18 @@
 //! Interruptions as signals, and failures that the system tells by a signal in the thread that failed. What that thread was about to do cannot be
 //! done: it stays in the handler, and the thread that waits for interruptions ends the program.
 
-use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
-use std::time::Duration;
 
 use signal_hook::consts::{SIGHUP, TERM_SIGNALS};
 
-use super::LESS;
+use super::{ENDS_HERE, LESS, stay};
 
 /// Calls `interrupted` with the number of the first signal, or with what failed.
 pub(super) fn handle(interrupted: fn(i32, Option<&str>) -> !) -> std::io::Result<()> {
     report();
     let mut signals = signal_hook::iterator::Signals::new(TERM_SIGNALS.iter().chain([&SIGHUP]))?;
     let wait = move || {
-        wait_here();
+        IS_AWAITED.store(true, Ordering::SeqCst);
         if let Some(signal) = signals.forever().next() {
             interrupted(signal, found().as_deref());
         }
@@ -24,18 +22,8 @@ pub(super) fn handle(interrupted: fn(i32, Option<&str>) -> !) -> std::io::Result
 
 /// The signal of the first failure.
 static SIGNAL: AtomicI32 = AtomicI32::new(0);
-/// Whether failures are reported.
-static IS_REPORTED: AtomicBool = AtomicBool::new(false);
 /// Whether a thread waits for interruptions.
 static IS_AWAITED: AtomicBool = AtomicBool::new(false);
-/// Whether a thread ends the program.
-static IS_ENDING: AtomicBool = AtomicBool::new(false);
-
-thread_local! {
-    /// Whether it is this one.
-    static ENDS_HERE: Cell<bool> = const { Cell::new(false) };
-}
-
 /// What failed, and what to do.
 fn found() -> Option<String> {
     match SIGNAL.load(Ordering::SeqCst) {
@@ -48,31 +36,15 @@ fn found() -> Option<String> {
     }
 }
 
-/// Says that this thread waits for interruptions.
-fn wait_here() {
-    IS_AWAITED.store(true, Ordering::SeqCst);
+/// Ends the program, which failed at its end.
+pub(super) fn fail() -> ! {
+    signal_hook::low_level::exit(2)
 }
 
-/// Says that this thread ends the program. Returns once: another thread waits for the end, and this one, which failed at it, ends at once.
-pub(super) fn end_here() {
-    if ENDS_HERE.replace(true) {
-        signal_hook::low_level::exit(2);
-    }
-    if IS_ENDING.swap(true, Ordering::SeqCst) {
-        stay();
-    }
-}
-
-fn stay() -> ! {
-    loop {
-        std::thread::sleep(Duration::from_secs(1));
-    }
-}
-
-extern "C" fn fail(signal: libc::c_int) {
+extern "C" fn failed(signal: libc::c_int) {
     if ENDS_HERE.get() || !IS_AWAITED.load(Ordering::SeqCst) {
         let _ = std::io::Write::write_all(&mut std::io::stderr(), b"error: not enough memory\n");
-        signal_hook::low_level::exit(2);
+        fail();
     }
     let _ = SIGNAL.compare_exchange(0, signal, Ordering::SeqCst, Ordering::SeqCst);
     // Allowed in a handler: an atomic, kill and sleep.
@@ -80,19 +52,13 @@ extern "C" fn fail(signal: libc::c_int) {
     stay();
 }
 
-/// Whether failures are reported.
-pub(super) fn is_handled() -> bool {
-    IS_REPORTED.load(Ordering::SeqCst)
-}
-
 /// From now on failures are reported.
 fn report() {
-    IS_REPORTED.store(true, Ordering::SeqCst);
     for signal in [libc::SIGBUS, libc::SIGABRT] {
         // SAFETY: the handler calls only what POSIX allows in one, and never returns to the code that failed.
         #[allow(unsafe_code)]
         unsafe {
-            libc::signal(signal, fail as extern "C" fn(libc::c_int) as libc::sighandler_t);
+            libc::signal(signal, failed as extern "C" fn(libc::c_int) as libc::sighandler_t);
         }
     }
 }

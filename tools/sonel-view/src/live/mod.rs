@@ -43,7 +43,7 @@ pub fn serve(
     {
         writeln!(log, "note: no browser can be opened ({error}): open the address yourself")?;
     }
-    if session.is_to_be_traced() {
+    if session.scene.is_some() {
         session.trace(session.text());
     }
     thread::scope(|scope| {

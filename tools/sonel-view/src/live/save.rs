@@ -6,56 +6,35 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
-use sonel_console::heard::HeardArguments;
 use sonel_scene::Scene;
 
 use super::edit;
+use super::session::Session;
 use super::wishes::{LISTENER, Save};
 
 /// Saved files of one name.
 const MOST_VERSIONS: usize = 1000;
 
-/// What a page was opened with.
-pub struct Origin<'a> {
-    /// The scene file.
-    pub scene: Option<&'a Path>,
-    /// The file of the map.
-    pub map: Option<&'a Path>,
-    /// The text of the scene file as it was changed.
-    pub text: &'a str,
-    /// Packets of a trace.
-    pub packets: Option<u64>,
-    /// What is heard.
-    pub heard: &'a HeardArguments,
-}
-
-impl Origin<'_> {
+impl Session {
     /// Writes files beside the scene or map, none of which exists before; with the commands. The map is one of `traced`.
     ///
     /// # Errors
     /// When they cannot be written.
-    pub fn save(&self, traced: &Scene, wish: &Save) -> anyhow::Result<Value> {
-        let given = self.scene.or(self.map).context("nothing to save")?;
-        let mut files = Vec::new();
-        let mut commands = Vec::new();
-        let mut stem = given.with_extension("");
-        let map = match (self.scene, self.map) {
-            (Some(scene), _) => {
-                let mut file = scene.to_owned();
-                if std::fs::read_to_string(scene).ok().as_deref() != Some(self.text) {
-                    file = create(scene, "", "toml", self.text)?;
-                    stem = file.with_extension("");
-                    files.push(file.clone());
-                }
-                let map = stem.with_extension("sonelmap");
-                let packets =
-                    self.packets.map_or_else(String::new, |packets| format!(" --packets {packets}"));
-                commands.push(format!("sonel-trace {} -o {}{packets}", quoted(&file), quoted(&map)));
-                map
+    pub(super) fn saved(&self, traced: &Scene, wish: &Save) -> anyhow::Result<Value> {
+        let given = self.scene.as_ref().or(self.map_file.as_ref()).context("nothing to save")?;
+        let (mut files, mut commands) = (Vec::new(), Vec::new());
+        let (mut stem, mut map) = (given.with_extension(""), given.clone());
+        if let Some(scene) = &self.scene {
+            let (mut file, text) = (scene.clone(), self.text());
+            if std::fs::read_to_string(scene).ok().as_ref() != Some(&text) {
+                file = create(scene, "", "toml", &text)?;
+                stem = file.with_extension("");
+                files.push(file.clone());
             }
-            (None, Some(map)) => map.to_owned(),
-            (None, None) => bail!("nothing to save"),
-        };
+            map = stem.with_extension("sonelmap");
+            let packets = self.packets.map_or_else(String::new, |packets| format!(" --packets {packets}"));
+            commands.push(format!("sonel-trace {} -o {}{packets}", quoted(&file), quoted(&map)));
+        }
         let response = stem.with_extension("npz");
         let mut render = format!("sonel-render {} -o {}", quoted(&map), quoted(&response));
         if !wish.changes.is_empty() {

@@ -20,8 +20,7 @@ use sonel_scene::library;
 
 use super::answer::{Answer, Refusal};
 use super::edit;
-use super::save::Origin;
-use super::wishes::{Changed, Changes, LISTENER, Plane, Render, Save, Search, changes, position};
+use super::wishes::{Changed, Changes, LISTENER, Plane, Render, Save, Search, changes};
 use crate::arguments::Arguments;
 use crate::files::Files;
 use crate::page::{self, Subject, Traced, pair, room};
@@ -36,14 +35,14 @@ const MOST_ENTRIES: usize = 60;
 /// The scene, its map and the windows.
 pub struct Session {
     /// The scene file, where there is one.
-    scene: Option<PathBuf>,
+    pub(super) scene: Option<PathBuf>,
     /// The file of the map, where there is one.
-    map_file: Option<PathBuf>,
+    pub(super) map_file: Option<PathBuf>,
     /// Packets of a trace.
-    packets: Option<u64>,
+    pub(super) packets: Option<u64>,
     page: String,
     head: Head,
-    heard: HeardArguments,
+    pub(super) heard: HeardArguments,
     state: Mutex<State>,
     /// Number of the newest request of each window, by kind.
     newest: Mutex<HashMap<String, Arc<AtomicU64>>>,
@@ -99,12 +98,7 @@ impl Session {
             (_, shown) => {
                 let traced = map.as_ref().zip(walls.as_deref());
                 let traced = traced.map(|(map, walls)| Traced { map: map.sonels(), walls });
-                page::of_responses(
-                    &subjects,
-                    traced,
-                    &arguments.head.head(),
-                    shown.is_some().then_some(token),
-                )
+                page::of_responses(&subjects, traced, &arguments.head, shown.is_some().then_some(token))
             }
         };
         state.maps = u64::from(map.is_some());
@@ -124,11 +118,6 @@ impl Session {
 
     fn locked(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Whether there is a scene and no map yet.
-    pub fn is_to_be_traced(&self) -> bool {
-        self.scene.is_some()
     }
 
     /// The scene file as it was changed.
@@ -168,17 +157,17 @@ impl Session {
 
     /// Traces the scene file `text` beside everything else; an older trace stops.
     pub fn trace(self: &Arc<Self>, text: String) {
-        let number = self.traces.fetch_add(1, Ordering::SeqCst) + 1;
+        let newest = Newest::of(&self.traces);
         let mut state = self.locked();
         (state.share, state.failure) = (Some(0.0), None);
         state.messages.clear();
         drop(state);
         let session = Arc::clone(self);
         thread::spawn(move || {
-            let traced = session.traced(&text, number);
+            let traced = session.traced(&text, &newest);
             let mut state = session.locked();
             // A newer trace speaks for itself.
-            if session.traces.load(Ordering::SeqCst) != number {
+            if newest.is_replaced() {
                 return;
             }
             state.share = None;
@@ -189,9 +178,9 @@ impl Session {
         });
     }
 
-    fn traced(&self, text: &str, number: u64) -> sonel::Result<Map> {
+    fn traced(&self, text: &str, newest: &Newest) -> sonel::Result<Map> {
         let path = self.scene.as_deref().expect("only a scene is traced");
-        let follower = Tracing { session: self, number };
+        let follower = Tracing { session: self, newest };
         let scene = Scene::load_text(text.to_owned(), path, &Silent)?;
         let options = TraceOptions { packets: self.packets, ..TraceOptions::default() };
         Ok(scene.trace(&options, &follower)?.map)
@@ -204,7 +193,6 @@ impl Session {
                 &"a map has no scene file: open the scene to trace it with other sources or materials",
             ));
         }
-        wish.sources.iter().try_for_each(|at| position(*at).map(drop))?;
         let text = edit::edited(&self.text(), &wish.sources, &wish.changes)
             .map_err(|error| Refusal::failed(&error))?;
         self.trace(text);
@@ -217,9 +205,7 @@ impl Session {
         if newest.len() >= MOST_WINDOWS {
             newest.clear();
         }
-        let counter = Arc::clone(newest.entry(format!("{kind} {window}")).or_default());
-        let own = counter.fetch_add(1, Ordering::SeqCst) + 1;
-        Newest { counter, own }
+        Newest::of(newest.entry(format!("{kind} {window}")).or_default())
     }
 
     /// A response as it is heard, its parameters, and the index of a source of the scene in it.
@@ -235,7 +221,7 @@ impl Session {
         let newest = self.newest("render", &wish.window);
         let map = self.map()?;
         let options = options(&wish.changes, wish.batches)?;
-        let rendered = map.render(&[listener(wish.listener)?], &options, &newest)?;
+        let rendered = map.render(&[listener(wish.listener)], &options, &newest)?;
         newest.unless_replaced()?;
         let (response, all, source) = self.read_off(rendered.response, wish.source)?;
         let echograms = response.echograms();
@@ -284,7 +270,7 @@ impl Session {
         let newest = self.newest("sound", &wish.window);
         let map = self.map()?;
         let options = RenderOptions { directions: true, ..options(&wish.changes, wish.batches)? };
-        let response = map.render(&[listener(wish.listener)?], &options, &newest)?.response;
+        let response = map.render(&[listener(wish.listener)], &options, &newest)?.response;
         let source = of_sources(wish.source, response.echograms().sources())?;
         let (ears, options) = (Channels::Ears(&self.head), SoundOptions::default());
         let mut pairs = response.impulse_responses(ears, options, &newest)?;
@@ -312,17 +298,9 @@ impl Session {
 
     /// Writes what was changed, and says which commands give the same numbers.
     pub fn save(&self, wish: &Save) -> Result<Answer, Refusal> {
-        position(wish.listener)?;
         changes(&wish.changes)?;
         let map = self.map()?;
-        let origin = Origin {
-            scene: self.scene.as_deref(),
-            map: self.map_file.as_deref(),
-            text: &self.text(),
-            packets: self.packets,
-            heard: &self.heard,
-        };
-        let saved = origin.save(&map.sonels().header().scene, wish);
+        let saved = self.saved(&map.sonels().header().scene, wish);
         saved.map(Answer::Json).map_err(|error| Refusal::failed(&format!("{error:#}")))
     }
 }
@@ -335,8 +313,8 @@ fn options(changed: &Changes, batches: Option<u32>) -> Result<RenderOptions, Ref
     Ok(RenderOptions { set, batches, ..RenderOptions::default() })
 }
 
-fn listener(at: [f64; 3]) -> Result<ReceiverPoint, Refusal> {
-    Ok(ReceiverPoint::omni(LISTENER, position(at)?))
+fn listener(at: [f64; 3]) -> ReceiverPoint {
+    ReceiverPoint::omni(LISTENER, at.into())
 }
 
 fn of_sources(index: usize, sources: usize) -> Result<usize, Refusal> {
@@ -347,13 +325,13 @@ fn of_sources(index: usize, sources: usize) -> Result<usize, Refusal> {
 fn plane(map: &Map, wish: &Plane) -> Result<Grid, Refusal> {
     let scene = &map.sonels().header().scene;
     let Plane { height, spacing, .. } = *wish;
-    if !(height.is_finite() && spacing.is_finite() && spacing > 0.0) {
-        return Err(Refusal::wrong("a plane needs a height and a spacing above 0"));
+    if spacing <= 0.0 {
+        return Err(Refusal::wrong("a plane needs a spacing above 0"));
     }
     let vertices = || scene.mesh.vertices.iter();
-    let low = vertices().fold(glam::DVec3::INFINITY, |low, vertex| low.min(*vertex)).to_array();
-    let high = vertices().fold(glam::DVec3::NEG_INFINITY, |high, vertex| high.max(*vertex)).to_array();
-    let up = (0..3).max_by(|a, b| scene.up[*a].abs().total_cmp(&scene.up[*b].abs())).unwrap_or(2);
+    let low = vertices().fold(glam::DVec3::INFINITY, |low, vertex| low.min(*vertex));
+    let high = vertices().fold(glam::DVec3::NEG_INFINITY, |high, vertex| high.max(*vertex));
+    let up = scene.up.abs().max_position();
     let mut axes = [Axis::from(0.0); 3];
     for (index, axis) in axes.iter_mut().enumerate() {
         let (low, high) = (low[index], high[index]);
@@ -377,13 +355,18 @@ fn too_many() -> Refusal {
     Refusal::wrong(format!("a plane has at most {MOST_PLACES} places: give a larger spacing"))
 }
 
-/// Follows the request `own` of a window, until there is a newer one.
+/// Follows the request or trace `own`, until there is a newer one.
 struct Newest {
     counter: Arc<AtomicU64>,
     own: u64,
 }
 
 impl Newest {
+    fn of(counter: &Arc<AtomicU64>) -> Self {
+        let own = counter.fetch_add(1, Ordering::SeqCst) + 1;
+        Self { counter: Arc::clone(counter), own }
+    }
+
     fn is_replaced(&self) -> bool {
         self.counter.load(Ordering::SeqCst) != self.own
     }
@@ -403,17 +386,15 @@ impl Observer for Newest {
     }
 }
 
-/// Follows the trace of a `number`, until there is a newer one.
+/// Follows a trace, until there is a newer one.
 struct Tracing<'a> {
     session: &'a Session,
-    number: u64,
+    newest: &'a Newest,
 }
 
 impl Observer for Tracing<'_> {
     fn progress(&self, _step: &str, share: f64) -> ControlFlow<()> {
-        if self.session.traces.load(Ordering::SeqCst) != self.number {
-            return ControlFlow::Break(());
-        }
+        self.newest.go_on()?;
         self.session.locked().share = Some(share);
         ControlFlow::Continue(())
     }

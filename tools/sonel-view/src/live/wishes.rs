@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
 use serde::Deserialize;
 use sonel::Change;
 
@@ -82,12 +81,6 @@ pub struct Save {
 pub struct Search {
     /// Words that all occur in name, text, group or source.
     pub words: String,
-}
-
-/// The position, if it is one.
-pub fn position(at: [f64; 3]) -> Result<DVec3, Refusal> {
-    let position = DVec3::from_array(at);
-    if position.is_finite() { Ok(position) } else { Err(Refusal::wrong("a position needs three numbers")) }
 }
 
 /// Changes as the renderer takes them.

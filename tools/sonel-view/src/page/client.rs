@@ -6,16 +6,18 @@ use sonel_analysis::average::average;
 use sonel_analysis::comparison::{Pairing, Significance, difference};
 use sonel_analysis::seats::spread;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
+use sonel_console::quantity;
 use sonel_study::criteria::{Verdict, verdict};
 
 use super::document::{Document, color, escaped};
 use super::materials::{Materials, materials};
 use super::sections::MOST_ROWS;
 use super::single::{Single, cell};
-use super::{Head, Subject, Traced, charts, uncertainty};
+use super::{Subject, Traced, charts, uncertainty};
+use crate::HeadArguments;
 
 /// Author, date and version, as they were given; the project is the title.
-pub fn head(page: &mut Document, head: &Head) {
+pub fn head(page: &mut Document, head: &HeadArguments) {
     let given = [("Author: ", &head.author), ("", &head.date), ("Version ", &head.revision)];
     let parts: Vec<String> =
         given.into_iter().filter_map(|(what, text)| Some(format!("{what}{}", text.as_ref()?))).collect();
@@ -127,7 +129,7 @@ fn times(page: &mut Document, materials: &Materials<'_>, map: Traced<'_>, volume
 }
 
 /// Targets per band, with a verdict by the interval of the mean over the receivers.
-pub fn targets(page: &mut Document, subjects: &[Subject], head: &Head) {
+pub fn targets(page: &mut Document, subjects: &[Subject], head: &HeadArguments) {
     if head.targets.is_empty() {
         return;
     }
@@ -136,7 +138,7 @@ pub fn targets(page: &mut Document, subjects: &[Subject], head: &Head) {
         let (symbol, unit, factor) = target.parameter.heading();
         let mut rows = Vec::new();
         for subject in subjects {
-            let volume = subject.echograms().metadata["volume_m3"].as_f64();
+            let volume = subject.volume();
             let mut verdicts = Vec::new();
             let judged = target.judged(&subject.echograms().center_frequency_hz, volume);
             for judged in judged.iter().flatten() {
@@ -149,7 +151,7 @@ pub fn targets(page: &mut Document, subjects: &[Subject], head: &Head) {
                 rows.push(vec![
                     subject.name.clone(),
                     judged.to_string(),
-                    words(range.map(|end| factor * end)),
+                    quantity::range(range.map(|end| factor * end)),
                     cell(&value, factor),
                     found.to_string(),
                 ]);
@@ -185,14 +187,6 @@ fn state(target: &str) -> &'static str {
         }
         () if target.starts_with("din18041") => " of the occupied room; people must be in the materials",
         () => "",
-    }
-}
-
-fn words([low, high]: [f64; 2]) -> String {
-    match (low > 0.0 || low.is_finite() && low < 0.0, high.is_finite()) {
-        (true, true) => format!("{low:.2} … {high:.2}"),
-        (false, true) => format!("at most {high:.2}"),
-        _ => format!("at least {low:.2}"),
     }
 }
 
@@ -257,7 +251,7 @@ fn noticed(difference: &ParameterValue, before: &ParameterValue, single: Single)
 }
 
 /// T20 over the bands, with the ranges of targets about it.
-pub fn curves(page: &mut Document, subjects: &[Subject], head: &Head) {
+pub fn curves(page: &mut Document, subjects: &[Subject], head: &HeadArguments) {
     let Some(target) = head.targets.first() else { return };
     let (symbol, unit, factor) = target.parameter.heading();
     let mut data = Vec::new();
@@ -272,7 +266,7 @@ pub fn curves(page: &mut Document, subjects: &[Subject], head: &Head) {
         data.push(json!({ "type": "scatter", "mode": "lines+markers", "name": escaped(&subject.name), "x": bands, "y": y,
             "line": { "color": color(index) } }));
     }
-    let volume = subjects[0].echograms().metadata["volume_m3"].as_f64();
+    let volume = subjects[0].volume();
     for (end, name) in [(0, "lowest"), (1, "highest")] {
         let points: Vec<(f64, f64)> = subjects[0]
             .echograms()

@@ -1,11 +1,12 @@
 //! Materials that responses were rendered with: those of the map, or others that the metadata state.
 
 use serde_json::{Value, json};
+use sonel::rendered_with;
 use sonel_acoustics::Material;
 
 use super::{Subject, Traced};
 
-/// Coefficients that differ by less are the same.
+/// Coefficients that differ by less are the same: text rounds the last digit.
 const ROUNDING: f64 = 1e-9;
 
 /// Responses with the same materials.
@@ -21,7 +22,8 @@ pub fn materials<'a>(subjects: &'a [Subject], map: Traced<'_>) -> Vec<Materials<
     let own = &map.map.header().scene.materials;
     let mut found: Vec<Materials<'a>> = Vec::new();
     for subject in subjects.iter().filter(|subject| map.holds(subject.echograms())) {
-        let each = rendered_with(own, &subject.echograms().metadata["options"]["changed"]["materials"]);
+        let changed = &subject.echograms().metadata["options"]["changed"]["materials"];
+        let each = rendered_with(own, changed, ROUNDING);
         match found.iter_mut().find(|known| known.each == each) {
             Some(known) => known.of.push(subject),
             None => found.push(Materials { of: vec![subject], each }),
@@ -31,24 +33,6 @@ pub fn materials<'a>(subjects: &'a [Subject], map: Traced<'_>) -> Vec<Materials<
         found.push(Materials { of: Vec::new(), each: own.clone() });
     }
     found
-}
-
-fn rendered_with(own: &[Material], changed: &Value) -> Vec<Material> {
-    let mut each = own.to_vec();
-    for Material { name, absorption, scattering, transmission, .. } in &mut each {
-        for (key, values) in
-            [("absorption", absorption), ("scattering", scattering), ("transmission", transmission)]
-        {
-            let stated = changed[&*name][key].as_array().into_iter().flatten().filter_map(Value::as_f64);
-            // Text rounds the last digit.
-            for (value, stated) in
-                values.iter_mut().zip(stated).filter(|(value, stated)| (**value - stated).abs() > ROUNDING)
-            {
-                *value = stated;
-            }
-        }
-    }
-    each
 }
 
 impl Materials<'_> {
@@ -85,10 +69,10 @@ mod tests {
             source: None,
         };
         let own = ["wall", "ceiling"].map(material);
-        assert_eq!(rendered_with(&own, &Value::Null), own);
+        assert_eq!(rendered_with(&own, &Value::Null, ROUNDING), own);
         let stated =
             json!({ "wall": { "absorption": [0.1 + 1e-16, 0.2] }, "ceiling": { "absorption": [0.25, 0.5] } });
-        let changed = rendered_with(&own, &stated);
+        let changed = rendered_with(&own, &stated, ROUNDING);
         assert_eq!((&changed[0], &changed[1].absorption), (&own[0], &vec![0.25, 0.5]));
     }
 }

@@ -11,7 +11,7 @@ mod receivers;
 mod reflections;
 pub mod room;
 mod sections;
-mod single;
+pub mod single;
 mod uncertainty;
 mod words;
 
@@ -27,8 +27,8 @@ use sonel_console::uncertainty::UncertaintyArguments;
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, hexadecimal};
-use sonel_study::criteria::Criterion;
 
+use crate::HeadArguments;
 use document::Document;
 
 /// Pairs of source and receiver with curves of their own: each takes 0.06 MB of the file.
@@ -55,9 +55,10 @@ pub struct Subject {
     /// What the page calls it.
     pub name: String,
     response: sonel::Response,
-    parameters: Vec<ReceiverParameters>,
+    /// Of every source at every receiver.
+    pub parameters: Vec<ReceiverParameters>,
     /// What is known of the uncertainty of its materials.
-    materials: Option<MaterialVariants>,
+    pub materials: Option<MaterialVariants>,
 }
 
 impl Subject {
@@ -97,26 +98,16 @@ impl Subject {
         self.response.echograms()
     }
 
+    /// Volume of a closed room [m³].
+    fn volume(&self) -> Option<f64> {
+        self.echograms().metadata["volume_m3"].as_f64()
+    }
+
     /// Source and receiver of a pair.
     fn pair(&self, index: usize) -> (usize, usize) {
         let receivers = self.echograms().receivers();
         (index / receivers, index % receivers)
     }
-}
-
-/// What stands above a page, and what the room shall meet.
-#[derive(Debug, Clone, Default)]
-pub struct Head {
-    /// Name of the project; that of the scene without.
-    pub project: Option<String>,
-    /// Who answers for it.
-    pub author: Option<String>,
-    /// Date, as it was given.
-    pub date: Option<String>,
-    /// Version of the report, as it was given.
-    pub revision: Option<String>,
-    /// Criteria.
-    pub targets: Vec<Criterion>,
 }
 
 /// The map that the responses were rendered from.
@@ -139,7 +130,7 @@ impl Traced<'_> {
 pub fn of_responses(
     subjects: &[Subject],
     map: Option<Traced<'_>>,
-    head: &Head,
+    head: &HeadArguments,
     token: Option<&str>,
 ) -> String {
     let scene = subjects[0].echograms().metadata["scene"].as_str();

@@ -4,8 +4,7 @@ use sonel_analysis::average::single_number;
 use sonel_analysis::comparison::Pairing;
 use sonel_analysis::report::{Column, beside_blocks};
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
-use sonel_drawing::plot::{self, Axis, Place, Plan, Plans, Section, Sheet};
-use sonel_geometry::section;
+use sonel_drawing::plot::{self, Axis, Place, Plan, Plans, Sheet};
 
 use super::document::Document;
 use super::single::{Single, cell};
@@ -17,8 +16,6 @@ const MOST_TABLES: usize = 500;
 const LEAST_MAPPED: usize = 12;
 /// Receivers up to which the page has maps: each takes 0.1 kB in every map.
 const MOST_MAPPED: usize = 5000;
-/// Where no map says otherwise, z is up.
-const USUAL_UP: usize = 2;
 
 /// Tables over the bands of every source at every receiver, folded; several responses side by side.
 pub fn tables(page: &mut Document, subjects: &[Subject]) {
@@ -57,10 +54,7 @@ pub fn tables(page: &mut Document, subjects: &[Subject]) {
 /// Bands, single numbers and just-noticeable differences of one receiver.
 fn over_bands(receiver: &ReceiverParameters) -> (Vec<String>, Vec<Vec<String>>) {
     let parameters = receiver.listed();
-    let headings = parameters.iter().map(|parameter| {
-        let (symbol, unit, _) = parameter.heading();
-        format!("{symbol} [{unit}]")
-    });
+    let headings = parameters.iter().map(|parameter| Single::Of(*parameter).label());
     let head = std::iter::once("f [Hz]".to_owned()).chain(headings).collect();
     let row = |name: String, of: &dyn Fn(Parameter) -> ParameterValue| -> Vec<String> {
         let cells = parameters.iter().map(|&parameter| cell(&of(parameter), parameter.heading().2));
@@ -118,7 +112,6 @@ fn plan(subject: &Subject, map: Option<Traced<'_>>, source: &str, single: Single
     let (symbol, _, factor) = single.heading();
     let echograms = subject.echograms();
     let index = echograms.source_names.iter().position(|name| name == source)?;
-    let positions = &echograms.receiver_positions;
     let own = subject.parameters.iter().filter(|receiver| receiver.source == source);
     let places: Vec<Place> = own
         .map(|receiver| Place {
@@ -126,14 +119,7 @@ fn plan(subject: &Subject, map: Option<Traced<'_>>, source: &str, single: Single
             value: single.value(receiver).ok().map(|estimate| factor * estimate.value),
         })
         .collect();
-    let scene = map.map(|map| &map.map.header().scene);
-    let up = scene.map_or(USUAL_UP, |scene| scene.up.abs().max_position());
-    let plane = Section::of(positions, up);
-    let mut plan = plane.plan(format!("{symbol}: {}", subject.name), &places);
-    plan.sources = vec![plane.flat(echograms.source_positions[index])];
-    if let Some(scene) = scene {
-        let lines = section(&scene.mesh, plane.normal, plane.offset);
-        plan.walls = lines.iter().map(|ends| ends.map(|end| plane.flat(end.to_array()))).collect();
-    }
-    Some(plan)
+    let room = map.map(|map| &map.map.header().scene).map(|scene| (&scene.mesh, scene.up));
+    let title = format!("{symbol}: {}", subject.name);
+    Some(Plan::of(title, &places, echograms.source_positions[index], room))
 }

@@ -14,11 +14,6 @@ use super::charts::rounded;
 
 /// A way that misses the source by more than this part of its length is another one.
 const MISS: f64 = 1e-3;
-/// An arrival and the corners of its way, the receiver first.
-struct Way {
-    arrival: Arrival,
-    corners: Vec<DVec3>,
-}
 
 /// A coordinate in metres, as exact as a line on a screen.
 fn centimetres(value: f64) -> f64 {
@@ -27,24 +22,17 @@ fn centimetres(value: f64) -> f64 {
 
 /// Ways of the early reflections of source and receiver: corners between them, the nearest to the receiver first.
 pub fn json(response: &Response, walls: &Geometry, pair: (usize, usize)) -> Vec<Value> {
-    let ways = ways(response, walls, pair).into_iter();
-    ways.map(|Way { arrival: Arrival { order, over_edge, delay_ms, strength_db, .. }, corners }| {
-        json!({
-            "order": order, "class": plot::class_name(order, over_edge), "delay": rounded(delay_ms),
-            "strength": rounded(strength_db),
-            "corners": corners[1..corners.len() - 1].iter().map(|at| at.to_array().map(centimetres)).collect::<Vec<_>>(),
-        })
-    })
-    .collect()
-}
-
-fn ways(response: &Response, geometry: &Geometry, pair: (usize, usize)) -> Vec<Way> {
     let arrivals = plot::arrivals(response, pair, None);
     let last = plot::shown_ms(&arrivals);
-    let early = arrivals.into_iter().filter(|arrival| arrival.delay_ms <= last);
-    early
-        .filter_map(|arrival| Some(Way { corners: corners(response, geometry, pair, &arrival)?, arrival }))
-        .collect()
+    let way = |arrival: &Arrival| {
+        let corners = corners(response, walls, pair, arrival)?;
+        Some(json!({
+            "order": arrival.order, "class": plot::class_name(arrival.order, arrival.over_edge),
+            "delay": rounded(arrival.delay_ms), "strength": rounded(arrival.strength_db),
+            "corners": corners[1..corners.len() - 1].iter().map(|at| at.to_array().map(centimetres)).collect::<Vec<_>>(),
+        }))
+    };
+    arrivals.iter().filter(|arrival| arrival.delay_ms <= last).filter_map(way).collect()
 }
 
 fn corners(

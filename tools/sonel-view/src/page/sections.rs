@@ -1,7 +1,7 @@
 //! Tables and charts of responses, and what the map tells of its trace.
 
 use serde_json::{Value, json};
-use sonel::ledger::{balances_json, fates_json};
+use sonel::ledger::{balances_json, fates_json, on_in_words};
 use sonel_analysis::modal::ModalBands;
 use sonel_analysis::{ReceiverParameters, report};
 use sonel_drawing::plot;
@@ -91,8 +91,7 @@ pub fn remarks(page: &mut Document, subjects: &[Subject], map: Option<Traced<'_>
         remarks.push("All receivers share one simulation, so their errors are correlated; each interval holds for one value.".to_owned());
     }
     for subject in subjects {
-        let volume = subject.echograms().metadata["volume_m3"].as_f64();
-        let bands = volume.and_then(|volume| ModalBands::of(&subject.parameters, volume));
+        let bands = subject.volume().and_then(|volume| ModalBands::of(&subject.parameters, volume));
         remarks.extend(bands.map(|bands| format!("{}: {bands}.", subject.name)));
     }
     if subjects.iter().any(|subject| subject.echograms().metadata["volume_m3"].is_null()) {
@@ -205,19 +204,9 @@ fn receivers_chart(subjects: &[Subject], single: Single) -> Value {
 /// Effects of the map, on and off.
 pub fn effects(page: &mut Document, map: Traced<'_>) {
     page.section("Effects");
-    let rows: Vec<Vec<String>> = map
-        .map
-        .header()
-        .effects
-        .iter()
-        .map(|effect| {
-            let state = match effect.on.iter().filter(|on| **on).count() {
-                0 => "off".to_owned(),
-                count if count == effect.on.len() => "on".to_owned(),
-                count => format!("on in {count} of {} bands", effect.on.len()),
-            };
-            vec![effect.effect.name().to_owned(), state, effect.reason.clone()]
-        })
+    let effects = map.map.header().effects.iter();
+    let rows: Vec<Vec<String>> = effects
+        .map(|effect| vec![effect.effect.name().to_owned(), on_in_words(&effect.on), effect.reason.clone()])
         .collect();
     page.table("long", &["effect", "state", "reason and bound"].map(str::to_owned), &rows);
 }

@@ -20,7 +20,7 @@ const USUAL: [Parameter; 7] = [
 ];
 
 /// A single number of a source at a receiver.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Single {
     /// Mean over octaves.
     Of(Parameter),

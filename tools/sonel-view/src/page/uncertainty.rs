@@ -5,6 +5,7 @@ use sonel_analysis::{Parameter, ParameterValue};
 
 use super::Subject;
 use super::document::Document;
+use super::single::Single;
 
 /// What the contributions are shown of.
 const SHOWN: [Parameter; 3] = [Parameter::Strength, Parameter::T30, Parameter::ClarityC80];
@@ -27,10 +28,7 @@ pub fn materials(page: &mut Document, subjects: &[Subject]) {
         }
         let bands = &subject.echograms().center_frequency_hz;
         let columns = bands.iter().map(|hz| format!("u(α) {hz} Hz"));
-        let shown = SHOWN.map(|parameter| {
-            let (symbol, unit, _) = parameter.heading();
-            format!("{symbol} [{unit}]")
-        });
+        let shown = SHOWN.map(|parameter| Single::Of(parameter).label());
         let head: Vec<String> = ["material".to_owned()].into_iter().chain(shown).chain(columns).collect();
         let means: Vec<ParameterValue> = SHOWN
             .iter()

@@ -152,19 +152,8 @@ impl<'a> PlanRow<'a> {
     fn draw_bar<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
         let (top, length) = (fine(TOP), fine(self.height - TOP - BOTTOM));
         let left = letters(TEXT).pos(Pos::new(HPos::Left, VPos::Center));
-        area.draw(&Text::new(self.plans.scale.label.as_str(), (fine(GAP), top - fine(TEXT)), left.clone()))?;
-        let (from, to) = (fine(GAP), fine(GAP + BAR));
-        for y in 0..length {
-            let color = ramp(1.0 - f64::from(y) / f64::from((length - 1).max(1)));
-            area.draw(&Rectangle::new([(from, top + y), (to, top + y + 1)], color.filled()))?;
-        }
-        for &tick in &self.scale.ticks {
-            let share = (tick - self.scale.low) / (self.scale.high - self.scale.low);
-            let y = top + ((1.0 - share) * f64::from(length)).round() as i32;
-            area.draw(&PathElement::new([(to, y), (to + fine(4), y)], BLACK.stroke_width(FINENESS)))?;
-            area.draw(&Text::new(self.scale.label(tick), (to + fine(8), y), left.clone()))?;
-        }
-        Ok(())
+        area.draw(&Text::new(self.plans.scale.label.as_str(), (fine(GAP), top - fine(TEXT)), left))?;
+        draw_scale(area, &self.scale, [fine(GAP), fine(GAP + BAR)], [top, length], TEXT)
     }
 
     fn color(&self, value: f64) -> RGBColor {
@@ -179,8 +168,30 @@ const TOP: u32 = 3 * CAPTION;
 /// Least height of a row, for the bar [pixels].
 const LEAST_HEIGHT: u32 = 260;
 
+/// The bar of colours between two abscissas, from `top` on and with a `length`, and its labels to the right in letters of a `size` [pixels].
+pub(crate) fn draw_scale<B: DrawingBackend>(
+    area: &Area<B>,
+    scale: &Ruler,
+    [from, to]: [i32; 2],
+    [top, length]: [i32; 2],
+    size: u32,
+) -> Drawn<B> {
+    let left = letters(size).pos(Pos::new(HPos::Left, VPos::Center));
+    for y in 0..length {
+        let color = ramp(1.0 - f64::from(y) / f64::from((length - 1).max(1)));
+        area.draw(&Rectangle::new([(from, top + y), (to, top + y + 1)], color.filled()))?;
+    }
+    for &tick in &scale.ticks {
+        let share = (tick - scale.low) / (scale.high - scale.low);
+        let y = top + ((1.0 - share) * f64::from(length)).round() as i32;
+        area.draw(&PathElement::new([(to, y), (to + fine(4), y)], BLACK.stroke_width(FINENESS)))?;
+        area.draw(&Text::new(scale.label(tick), (to + fine(8), y), left.clone()))?;
+    }
+    Ok(())
+}
+
 /// Viridis, even to the eye and for the colour-blind.
-fn ramp(share: f64) -> RGBColor {
+pub(crate) fn ramp(share: f64) -> RGBColor {
     ViridisRGB.get_color(share.clamp(0.0, 1.0))
 }
 

@@ -1,0 +1,26 @@
+//! Names that users give.
+
+use crate::quantity;
+
+/// The place of `wanted` among the `known` names.
+///
+/// # Errors
+/// A sentence that begins with `none`, such as `the map has no source`, and lists the known names.
+pub fn place<'a>(
+    known: impl IntoIterator<Item = &'a str>,
+    wanted: &str,
+    none: &str,
+) -> Result<usize, String> {
+    let known: Vec<&str> = known.into_iter().collect();
+    let found = known.iter().position(|name| *name == wanted);
+    found.ok_or_else(|| format!("{none} \"{wanted}\"; it has {}", known.join(", ")))
+}
+
+/// The band of the nominal centre `wanted` [Hz].
+///
+/// # Errors
+/// A sentence that begins with `none`, such as `the map has no band`, and lists the `centers`.
+pub fn band(centers: &[f64], wanted: f64, none: &str) -> Result<usize, String> {
+    let found = centers.iter().position(|center| (wanted / center - 1.0).abs() < 1e-3);
+    found.ok_or_else(|| format!("{none} of {wanted} Hz; it has {} Hz", quantity::list(centers)))
+}
