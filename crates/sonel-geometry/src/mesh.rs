@@ -69,7 +69,7 @@ impl Mesh {
 
     /// Unit normal of a side of a triangle; 2 t is the front of triangle t, 2 t + 1 its back.
     pub(crate) fn outward(&self, side: u32) -> DVec3 {
-        self.vector_area(side / 2).normalize_or_zero() * if side % 2 == 0 { 1.0 } else { -1.0 }
+        self.vector_area(side / 2).normalize_or_zero() * if side.is_multiple_of(2) { 1.0 } else { -1.0 }
     }
 
     /// Lower and upper corner of the box around all triangles [m]; inverted when there are none.

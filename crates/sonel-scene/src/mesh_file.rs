@@ -6,7 +6,8 @@ use sonel_acoustics::Material;
 use sonel_geometry::{Mesh, MeshTriangle};
 
 use crate::document::quoted_key;
-use crate::obj::{self, Face, FileTerms, LineProblem, Polygons, Triangulation};
+use crate::obj::{self, Face, FileTerms, Polygons, Triangulation};
+use crate::problem::LineProblem;
 use crate::report::{NoteKind, Report};
 use crate::suggest::suggest;
 

@@ -5,7 +5,8 @@ use std::io::{self, Write};
 use glam::DVec3;
 
 use crate::formats::Collector;
-use crate::obj::{FileTerms, LineProblem, Polygons};
+use crate::obj::{FileTerms, Polygons};
+use crate::problem::LineProblem;
 
 /// Polygons over vertices [m], each of a material. They are plane, of either sense, with three corners or more.
 #[derive(Clone, Debug, Default)]

@@ -4,8 +4,6 @@ use std::fmt;
 
 use thiserror::Error;
 
-use crate::obj::LineProblem;
-
 /// A place in a file, lines and columns counted from 1; the column counts characters. Line 0 is the file as a whole.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
@@ -24,6 +22,25 @@ pub struct Problem {
     pub place: Place,
     /// The fault and its remedy, with the key's full name first.
     pub message: String,
+}
+
+/// Something wrong in a line of a file, counted from 1; 0 is the file as a whole.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct LineProblem {
+    pub(crate) line: usize,
+    pub(crate) message: String,
+}
+
+impl LineProblem {
+    pub(crate) fn new(line: usize, message: impl Into<String>) -> Self {
+        Self { line, message: message.into() }
+    }
+
+    /// The problem as one of the file that messages call `file`.
+    pub(crate) fn of(self, file: &str) -> Problem {
+        let place = Place { file: file.to_owned(), line: self.line, column: 1 };
+        Problem { place, message: self.message }
+    }
 }
 
 /// Everything wrong with a scene, in the order of the files' lines; never empty.

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use crate::obj::LineProblem;
+use crate::problem::LineProblem;
 use crate::{Place, Problem, SceneErrors};
 
 /// Problems of one scene and the notes for its log, with the text that turns offsets into lines. Every table and value of the scene refers to it.

@@ -2,7 +2,7 @@
 
 use sonel_acoustics::energy_to_level_db;
 
-use crate::obj::LineProblem;
+use crate::problem::LineProblem;
 
 /// Difference of levels in one direction from which on a note names it [dB]: rounding of files with one decimal.
 pub(super) const SPREAD_DB: f64 = 0.1;

@@ -7,7 +7,7 @@ mod table;
 use sonel_acoustics::{Balloon, BalloonError, Bands, Directivity, energy_to_level_db};
 
 use crate::SceneErrors;
-use crate::obj::LineProblem;
+use crate::problem::LineProblem;
 use grid::Problems;
 
 /// Reads the balloon of the file called `name`, for `bands`; with what is to be said about it.

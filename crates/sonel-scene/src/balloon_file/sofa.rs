@@ -16,7 +16,7 @@ use glam::DVec3;
 use sonel_acoustics::Bands;
 use sonel_sofa::{Array, Sofa, Triangles};
 
-use crate::obj::LineProblem;
+use crate::problem::LineProblem;
 
 use super::grid::{Grid, Problems, SPREAD_DB, mean};
 

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use sonel_acoustics::{BandWidth, Bands, energy_from_level_db};
 
 use super::grid::{Grid, Problems, SPREAD_DB, mean};
-use crate::obj::LineProblem;
+use crate::problem::LineProblem;
 
 /// Largest distance of an angle from a multiple of the step [°]: files round to two decimals.
 const ANGLE_TOLERANCE: f64 = 0.01;
@@ -125,7 +125,7 @@ fn band_columns(
         match name.parse::<f64>() {
             Ok(hz) if is_nominal(hz) && !frequencies.contains(&hz) => frequencies.push(hz),
             Ok(hz) if is_nominal(hz) => {
-                problems.push(LineProblem::new(line, format!("band {hz} Hz is given twice")))
+                problems.push(LineProblem::new(line, format!("band {hz} Hz is given twice")));
             }
             _ => {
                 let message =

@@ -5,9 +5,8 @@ use std::fmt::Display;
 
 use glam::DVec3;
 
-use crate::obj::{
-    Face, FileTerms, LineProblem, MaterialName, NAMELESS, Polygons, Vertices, and_more, repeated,
-};
+use crate::obj::{Face, FileTerms, MaterialName, NAMELESS, Polygons, Vertices, and_more, repeated};
+use crate::problem::LineProblem;
 
 /// Faces read so far and what is wrong with them.
 pub(crate) struct Collector {

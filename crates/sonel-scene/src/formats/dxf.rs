@@ -14,7 +14,8 @@ use glam::{DMat3, DMat4, DVec3, dvec3};
 
 use super::collector::Collector;
 use super::right_angled;
-use crate::obj::{FileTerms, LineProblem, Polygons};
+use crate::obj::{FileTerms, Polygons};
+use crate::problem::LineProblem;
 
 /// Deepest nesting of blocks. Chosen: drawings nest a few deep, damaged ones without end.
 const DEEPEST: usize = 16;

@@ -16,7 +16,8 @@ use gltf::{Accessor, Document, Node, Primitive};
 
 use super::collector::Collector;
 use super::{Open, ROTATION_ROUNDING, float, right_angled};
-use crate::obj::{FileTerms, LineProblem, NAMELESS, Polygons, and_more};
+use crate::obj::{FileTerms, NAMELESS, Polygons, and_more};
+use crate::problem::LineProblem;
 
 /// Deepest nesting of nodes. Chosen: it bounds the recursion's stack; exporters nest some tens deep.
 const DEEPEST: usize = 200;

@@ -13,7 +13,8 @@ use std::io;
 
 use glam::DMat3;
 
-use crate::obj::{self, LineProblem, Polygons};
+use crate::obj::{self, Polygons};
+use crate::problem::LineProblem;
 
 pub(crate) use collector::Collector;
 

@@ -9,7 +9,8 @@ use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
 use super::collector::Collector;
 use super::color_name;
-use crate::obj::{FileTerms, LineProblem, NAMELESS, Polygons};
+use crate::obj::{FileTerms, NAMELESS, Polygons};
+use crate::problem::LineProblem;
 
 /// Elements read of a vertex or a face.
 #[derive(Default)]

@@ -10,7 +10,8 @@ use glam::{DVec3, dvec3};
 
 use super::collector::Collector;
 use super::{color_name, float};
-use crate::obj::{FileTerms, LineProblem, NAMELESS, Polygons};
+use crate::obj::{FileTerms, NAMELESS, Polygons};
+use crate::problem::LineProblem;
 
 /// Header and count of a binary file.
 const BEGIN: usize = 84;

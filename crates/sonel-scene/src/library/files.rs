@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use serde_json::{Map, Value};
 
 use super::{FIRST_OCTAVE_HZ, LibraryEntry, Octaves, octave};
-use crate::obj::LineProblem;
+use crate::problem::LineProblem;
 
 type Problems = Vec<LineProblem>;
 
@@ -195,7 +195,7 @@ fn read_pyroomacoustics(text: &str) -> (Vec<LibraryEntry>, Problems) {
                     entries.push(LibraryEntry { name, group, text, absorption, scattering, source });
                 }
                 Err(message) => {
-                    problems.push(LineProblem::new(0, format!("{what}.{group}.{name}: {message}")))
+                    problems.push(LineProblem::new(0, format!("{what}.{group}.{name}: {message}")));
                 }
             }
         }

@@ -11,5 +11,5 @@ mod scan;
 mod triangulate;
 
 pub(crate) use polygons::{Face, FileTerms, Polygons, Vertices, read};
-pub(crate) use scan::{LineProblem, MaterialName, NAMELESS, and_more, repeated};
+pub(crate) use scan::{MaterialName, NAMELESS, and_more, repeated};
 pub(crate) use triangulate::{Triangulation, is_line, triangulate};

@@ -5,7 +5,8 @@ use std::ops::Range;
 use foldhash::HashMap;
 use glam::DVec3;
 
-use super::scan::{LineProblem, MaterialName, Scan, scan};
+use super::scan::{MaterialName, Scan, scan};
+use crate::problem::LineProblem;
 
 /// Polygons as in the file: its unit, its axes. At least one face.
 #[derive(Debug)]

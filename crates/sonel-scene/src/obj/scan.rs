@@ -2,29 +2,10 @@
 
 use std::collections::HashMap;
 
-use crate::{Place, Problem};
+use crate::problem::LineProblem;
 
 /// The name of surfaces in a file that names nothing.
 pub(crate) const NAMELESS: &str = "walls";
-
-/// Something wrong in a line of a file, counted from 1; 0 is the file as a whole.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct LineProblem {
-    pub(crate) line: usize,
-    pub(crate) message: String,
-}
-
-impl LineProblem {
-    pub(crate) fn new(line: usize, message: impl Into<String>) -> Self {
-        Self { line, message: message.into() }
-    }
-
-    /// The problem as one of the file that messages call `file`.
-    pub(crate) fn of(self, file: &str) -> Problem {
-        let place = Place { file: file.to_owned(), line: self.line, column: 1 };
-        Problem { place, message: self.message }
-    }
-}
 
 /// A name used by `usemtl` and the line where it occurs first.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,5 +1,7 @@
 //! `until`: takes more batches, then more rays, until the targets are met, else states the rays or packets required.
 
+use std::ops::ControlFlow;
+
 use serde_json::{Value, json};
 use sonel_renderer::{MOST_RAYS, RenderSettings};
 use sonel_study::pilot::Pilot;
@@ -52,8 +54,8 @@ pub(super) fn until<'a>(job: &Job<'a>, settings: &RenderSettings, goal: &Goal<'_
     let mut rays = RenderSettings::default().rays(header.settings.emissions).min(most);
     let some = RenderSettings { rays: Some(rays), ..settings.clone() };
     let mut iterations = match some_batches(job, &some, goal, &names)? {
-        SomeBatches::Enough(finished) => return Ok(finished),
-        SomeBatches::TooFew(iterations) => iterations,
+        ControlFlow::Break(finished) => return Ok(finished),
+        ControlFlow::Continue(iterations) => iterations,
     };
     let mut before: Option<Iteration> = None;
     loop {
@@ -96,21 +98,13 @@ pub(super) fn until<'a>(job: &Job<'a>, settings: &RenderSettings, goal: &Goal<'_
     }
 }
 
-/// Result of iterations with a part of the batches.
-enum SomeBatches<'a> {
-    /// They keep the targets, or there is no time for more.
-    Enough(Finished<'a>),
-    /// The number of iterations; all batches are needed.
-    TooFew(u32),
-}
-
-/// Renders a quarter of the batches and, where that promises to be enough, more of them.
+/// Renders a quarter of the batches and, where that promises to be enough, more of them. Goes on after so many iterations where all are needed.
 fn some_batches<'a>(
     job: &Job<'a>,
     settings: &RenderSettings,
     goal: &Goal<'_>,
     names: &Names,
-) -> Result<SomeBatches<'a>> {
+) -> Result<ControlFlow<Finished<'a>, u32>> {
     let (watch, targets, all) = (job.watch, goal.targets, job.map.header().settings.batches);
     let (mut batches, mut iterations) = (all.div_ceil(FIRST_BATCHES), 0);
     while batches < all {
@@ -129,11 +123,11 @@ fn some_batches<'a>(
             watch.info(&format!("{} with {batches} of {all} batches{limit}: {targets}", reached(&found)));
             overrun(goal.seconds, now).iter().for_each(|sentence| watch.info(sentence));
             let told = json!({ "until": told(names, &found, targets, &run, iterations) });
-            return Ok(SomeBatches::Enough(Finished { run, verdict: found, told }));
+            return Ok(ControlFlow::Break(Finished { run, verdict: found, told }));
         }
         batches = next;
     }
-    Ok(SomeBatches::TooFew(iterations))
+    Ok(ControlFlow::Continue(iterations))
 }
 
 /// Batches of a next iteration. Half-widths go with the root of their number; what cannot be read yet may need all of them.
