@@ -142,7 +142,7 @@ fn an_audience_is_covered_on_slopes_and_balconies_and_drawn_as_a_map() {
         .expect("a map");
     assert!(folder.text("a.svg").contains("G, 1000 Hz"));
     for (options, words) in [
-        (&["--audience", "seat"][..], "the scene has no material \"seat\"; it has seats"),
+        (&["--audience", "seat"][..], "the scene has no material \"seat\"; it has \"seats\""),
         (&["--audience", "seats", "--height", "-1"], "--height -1 m is not a length"),
         (&["--audience", "seats", "--height", "50"], "14 below another face"),
     ] {

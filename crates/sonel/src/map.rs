@@ -45,7 +45,7 @@ impl Map {
     /// When the file cannot be read, is no map, or is damaged in its header. Paths are checked when they are used.
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         let label = path.as_ref().display().to_string();
-        let file = crate::file::open(path.as_ref()).at(|| format!("cannot open {label}"))?;
+        let file = crate::file::open(path.as_ref()).at(|| format!("cannot read the map {label}"))?;
         Self::from_file(&file, label)
     }
 

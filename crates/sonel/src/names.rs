@@ -13,7 +13,10 @@ pub fn place<'a>(
 ) -> Result<usize, String> {
     let known: Vec<&str> = known.into_iter().collect();
     let found = known.iter().position(|name| *name == wanted);
-    found.ok_or_else(|| format!("{none} \"{wanted}\"; it has {}", known.join(", ")))
+    found.ok_or_else(|| {
+        let known: Vec<String> = known.iter().map(|name| format!("\"{name}\"")).collect();
+        format!("{none} \"{wanted}\"; it has {}", known.join(", "))
+    })
 }
 
 /// The band of the nominal centre `wanted` [Hz].

@@ -282,7 +282,7 @@ mod tests {
     fn what_cannot_be_traced_is_refused() {
         for (option, expected) in [
             ("materials.wall.north.absorption=1.5", "1.5 is outside 0 … 1"),
-            ("materials.roof.absorption=0.5", "it has wall.north"),
+            ("materials.roof.absorption=0.5", "it has \"wall.north\""),
             ("materials.wall.north.scattering=0.1,0.2,0.3,0.4", "5 kinds of scattering"),
             ("materials.wall.north.scattering=0.1:0.3", "names no variants"),
             ("materials.wall.north.transmission=0.3", "exceeds absorption"),

@@ -321,7 +321,7 @@ mod tests {
     #[test]
     fn what_cannot_be_set_is_refused_by_name() {
         for (text, expected) in [
-            ("materials.roof.absorption=0.1", "it has wall.north"),
+            ("materials.roof.absorption=0.1", "it has \"wall.north\""),
             (
                 "materials.wall.north.absorption=1.5",
                 "`set` materials.wall.north.absorption=1.5: materials.\"wall.north\".absorption: 1.5 is outside 0 … 1; give 1",

@@ -317,7 +317,7 @@ fn a_line_of_workstations_says_what_it_lacks() {
     let line = |options: &[&str]| analyze(&folder, &[&["open-plan", RESPONSE], options].concat());
     assert!(line(&["--noise", "42,38"]).refused().contains("seven levels"));
     assert!(line(&["--noise", "42,38,35,32,28,24,2000"]).refused().contains("2000 dB is outside"));
-    assert!(line(&["--noise", noise, "--receiver", "desk"]).refused().contains("it has seat 12"));
+    assert!(line(&["--noise", noise, "--receiver", "desk"]).refused().contains("it has \"seat 12\""));
     let twice = line(&["--noise", noise, "--receiver", "seat 12", "--receiver", "seat 12"]).refused();
     assert!(twice.contains("\"seat 12\" is named twice"), "{twice}");
     let found: Value = serde_json::from_str(&line(&["--noise", noise, "--json"]).done().out).expect("JSON");

@@ -73,7 +73,7 @@ fn everything_that_is_wrong_is_said() {
         "from 0 to 0.03 s and from 0.02 to 0.04 s overlap",
         "from 0.1 to 0.9 s is not within the 0.2 s",
         "no band \"500\"; choose sum or one of 250, 1000 Hz",
-        "no source \"pit\"; it has stage, left",
+        "no source \"pit\"; it has \"stage, left\"",
     ] {
         assert!(all.contains(problem), "{problem}: {all}");
     }

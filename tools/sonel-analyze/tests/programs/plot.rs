@@ -65,7 +65,7 @@ fn a_response_is_drawn_and_what_it_lacks_is_named() {
     assert!(folder.bytes("room.png").starts_with(b"\x89PNG"));
 
     let refused = plot(&folder, &["--receiver", "seat 13", "-o", "room.svg"]).refused();
-    assert!(refused.contains("no receiver \"seat 13\"; it has seat 12"), "{refused}");
+    assert!(refused.contains("no receiver \"seat 13\"; it has \"seat 12\""), "{refused}");
     assert!(plot(&folder, &["-o", "room.pdf"]).refused().contains("neither in .svg nor in .png"));
     folder.write("photo.png", b"\x89PNG\r\n\x1a\nmine");
     assert!(
