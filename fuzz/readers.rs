@@ -7,10 +7,10 @@ use sonel::{Change, Effects, Grid, Targets, Variants};
 use sonel_acoustics::{BandWidth, Bands};
 
 /// Reads bytes; whether they were accepted.
-pub type Reader = fn(&[u8]) -> bool;
+pub(super) type Reader = fn(&[u8]) -> bool;
 
 /// The readers and what they read.
-pub const READERS: [(&str, Reader); 13] = [
+pub(super) const READERS: [(&str, Reader); 13] = [
     ("dxf", |bytes| mesh("dxf", bytes)),
     ("gltf", |bytes| mesh(if bytes.starts_with(b"glTF") { "glb" } else { "gltf" }, bytes)),
     ("material-file", material_file),
@@ -30,7 +30,7 @@ pub const READERS: [(&str, Reader); 13] = [
 ///
 /// # Panics
 /// Where there is no such reader.
-pub fn read(name: &str, bytes: &[u8]) -> bool {
+pub(super) fn read(name: &str, bytes: &[u8]) -> bool {
     let (_, reader) = READERS.iter().find(|(known, _)| *known == name).expect("a known reader");
     reader(bytes)
 }

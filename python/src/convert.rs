@@ -16,12 +16,12 @@ use sonel_console::time::parse_time;
 use crate::Error;
 
 /// A message of bad input.
-pub fn refused(message: impl Display) -> PyErr {
+pub(crate) fn refused(message: impl Display) -> PyErr {
     Error::new_err(message.to_string())
 }
 
 /// An object in JSON as Python's.
-pub fn object<'py>(py: Python<'py>, json: &serde_json::Value) -> PyResult<Bound<'py, PyAny>> {
+pub(crate) fn object<'py>(py: Python<'py>, json: &serde_json::Value) -> PyResult<Bound<'py, PyAny>> {
     use serde_json::Value as Json;
     match json {
         Json::Null => Ok(py.None().into_bound(py)),
@@ -64,7 +64,7 @@ fn plain<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
 }
 
 /// A value of a scene.
-pub fn value(given: &Bound<'_, PyAny>) -> PyResult<Value> {
+pub(crate) fn value(given: &Bound<'_, PyAny>) -> PyResult<Value> {
     let given = plain(given)?;
     if let Ok(flag) = given.cast::<PyBool>() {
         return Ok(flag.is_true().into());
@@ -100,7 +100,7 @@ fn coefficients(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Coefficients> 
 }
 
 /// Levels in the octaves 125 … 8000 Hz: words that `parse` reads, or seven numbers.
-pub fn octaves(
+pub(crate) fn octaves(
     name: &str,
     given: &Bound<'_, PyAny>,
     parse: fn(&str) -> Result<[f64; 7], String>,
@@ -117,7 +117,7 @@ pub fn octaves(
 }
 
 /// Standard uncertainties of absorption: a number or numbers for all materials, or each by the name of its material.
-pub fn uncertainties(given: &Bound<'_, PyAny>) -> PyResult<Vec<AbsorptionUncertainty>> {
+pub(crate) fn uncertainties(given: &Bound<'_, PyAny>) -> PyResult<Vec<AbsorptionUncertainty>> {
     let of = |material: Option<String>, given: &Bound<'_, PyAny>| -> PyResult<_> {
         let uncertainty = coefficients("material_uncertainty", given)?;
         Ok(AbsorptionUncertainty { material, uncertainty, is_relative: false })
@@ -153,10 +153,10 @@ fn variants((name, given): (String, Bound<'_, PyAny>)) -> PyResult<Variants> {
 }
 
 /// A receiver: name, position [m], directivity, aim.
-pub type Receiver = (String, [f64; 3], String, Option<[f64; 3]>);
+pub(crate) type Receiver = (String, [f64; 3], String, Option<[f64; 3]>);
 
 /// A receiver as renderings have it.
-pub fn receiver((name, position, directivity, aim): Receiver) -> PyResult<ReceiverPoint> {
+pub(crate) fn receiver((name, position, directivity, aim): Receiver) -> PyResult<ReceiverPoint> {
     if name.trim().is_empty() {
         return Err(refused("a receiver has an empty name: give it one"));
     }
@@ -170,7 +170,7 @@ pub fn receiver((name, position, directivity, aim): Receiver) -> PyResult<Receiv
 }
 
 /// Keyword arguments; those that are None are not there.
-pub struct Keywords<'py>(pub Bound<'py, PyDict>);
+pub(crate) struct Keywords<'py>(pub Bound<'py, PyDict>);
 
 impl<'py> Keywords<'py> {
     fn get(&self, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
@@ -178,20 +178,20 @@ impl<'py> Keywords<'py> {
     }
 
     /// Texts.
-    pub fn texts(&self, name: &str) -> PyResult<Option<Vec<String>>> {
+    pub(crate) fn texts(&self, name: &str) -> PyResult<Option<Vec<String>>> {
         let texts = self.get(name)?.map(|given| given.extract());
         texts.transpose().map_err(|_| refused(format!("`{name}` is neither a text nor a list of texts")))
     }
 
     /// A number.
-    pub fn number(&self, name: &str) -> PyResult<Option<f64>> {
+    pub(crate) fn number(&self, name: &str) -> PyResult<Option<f64>> {
         let Some(given) = self.get(name)? else { return Ok(None) };
         let number = plain(&given)?.extract();
         number.map(Some).map_err(|_| refused(format!("`{name}` is {given}: give a number")))
     }
 
     /// A whole number that `T` holds, also as a float or a text such as `200k`.
-    pub fn whole<T: TryFrom<u64>>(&self, name: &str) -> PyResult<Option<T>> {
+    pub(crate) fn whole<T: TryFrom<u64>>(&self, name: &str) -> PyResult<Option<T>> {
         let Some(given) = self.get(name)? else { return Ok(None) };
         let whole =
             plain(&given)?.extract().ok().or_else(|| parse_count(&given.str().ok()?.to_string()).ok());
@@ -203,7 +203,7 @@ impl<'py> Keywords<'py> {
     }
 
     /// A time [s], also as a text such as `5min`.
-    pub fn time(&self, name: &str) -> PyResult<Option<f64>> {
+    pub(crate) fn time(&self, name: &str) -> PyResult<Option<f64>> {
         let Some(given) = self.get(name)? else { return Ok(None) };
         parse_time(&plain(&given)?.str()?.to_string())
             .map(Some)
@@ -211,19 +211,19 @@ impl<'py> Keywords<'py> {
     }
 
     /// A text.
-    pub fn text(&self, name: &str) -> PyResult<Option<String>> {
+    pub(crate) fn text(&self, name: &str) -> PyResult<Option<String>> {
         let Some(given) = self.get(name)? else { return Ok(None) };
         given.extract().map(Some).map_err(|_| refused(format!("`{name}` is {given}: give a text")))
     }
 
     /// A text that `T` is written in.
-    pub fn parsed<T: FromStr<Err: Display>>(&self, name: &str) -> PyResult<Option<T>> {
+    pub(crate) fn parsed<T: FromStr<Err: Display>>(&self, name: &str) -> PyResult<Option<T>> {
         let parse = |text: String| text.parse().map_err(|wrong| refused(format!("`{name}`: {wrong}")));
         self.text(name)?.map(parse).transpose()
     }
 
     /// One of `choices`, by its name.
-    pub fn choice<T: Copy>(
+    pub(crate) fn choice<T: Copy>(
         &self,
         name: &str,
         choices: &[T],
@@ -236,12 +236,12 @@ impl<'py> Keywords<'py> {
     }
 
     /// Whether a flag is set; `default` where it is not there.
-    pub fn flag(&self, name: &str, default: bool) -> PyResult<bool> {
+    pub(crate) fn flag(&self, name: &str, default: bool) -> PyResult<bool> {
         self.get(name)?.map_or(Ok(default), |given| given.is_truthy())
     }
 
     /// An object of a class of this module.
-    pub fn class<T: pyo3::PyClass>(&self, name: &str) -> PyResult<Option<Bound<'py, T>>> {
+    pub(crate) fn class<T: pyo3::PyClass>(&self, name: &str) -> PyResult<Option<Bound<'py, T>>> {
         let cast = |given: Bound<'py, PyAny>| given.cast_into::<T>().map_err(PyErr::from);
         self.get(name)?.map(cast).transpose()
     }
@@ -259,12 +259,12 @@ impl<'py> Keywords<'py> {
     }
 
     /// The changes of `set`.
-    pub fn changes(&self) -> PyResult<Vec<Change>> {
+    pub(crate) fn changes(&self) -> PyResult<Vec<Change>> {
         self.mapped("set", change)
     }
 
     /// The variants of `variants`.
-    pub fn variants(&self) -> PyResult<Vec<Variants>> {
+    pub(crate) fn variants(&self) -> PyResult<Vec<Variants>> {
         self.mapped("variants", variants)
     }
 }

@@ -28,7 +28,7 @@ pub struct Map {
 /// Traces `scene` with keywords that are the fields of `sonel::TraceOptions`.
 #[pyfunction]
 #[pyo3(signature = (scene, log, progress=None, **keywords))]
-pub fn trace(
+pub(crate) fn trace(
     py: Python<'_>,
     scene: &Bound<'_, Scene>,
     log: Bound<'_, PyAny>,

@@ -191,7 +191,7 @@ fn microphones(points: Vec<Receiver>) -> PyResult<Vec<Microphone>> {
 
 /// Names and positions of the places along a path of times and positions, so many metres apart at most.
 #[pyfunction]
-pub fn places(points: Vec<[f64; 4]>, spacing: f64) -> PyResult<Vec<(String, [f64; 3])>> {
+pub(crate) fn places(points: Vec<[f64; 4]>, spacing: f64) -> PyResult<Vec<(String, [f64; 3])>> {
     if !SPACINGS.contains(&spacing) {
         let (least, most) = (SPACINGS.start(), SPACINGS.end());
         return Err(refused(format!("`spacing` is {spacing} m: give {least} to {most} m")));

@@ -33,7 +33,7 @@ enum WorkMessage<T> {
 ///
 /// # Errors
 /// The error of the job as [`crate::Error`]; what a follower raised; `KeyboardInterrupt`.
-pub fn work<T: Send + 'static>(
+pub(crate) fn work<T: Send + 'static>(
     py: Python<'_>,
     log: Option<Bound<'_, PyAny>>,
     progress: Option<Bound<'_, PyAny>>,
@@ -85,7 +85,7 @@ pub fn work<T: Send + 'static>(
 ///
 /// # Errors
 /// As [`work`].
-pub fn silent_work<T: Send + 'static>(
+pub(crate) fn silent_work<T: Send + 'static>(
     py: Python<'_>,
     job: impl FnOnce(&dyn Observer) -> sonel::Result<T> + Send + 'static,
 ) -> PyResult<T> {

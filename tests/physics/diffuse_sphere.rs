@@ -11,8 +11,8 @@ use sonel_testkit::decay::reverberation_time;
 use sonel_testkit::z_test::{Estimate, Within, within_sigmas};
 use sonel_tests::{Traced, batch_fluence};
 
-pub const RADIUS: f64 = 5.0;
-pub const SPEED: f64 = 343.0;
+pub(crate) const RADIUS: f64 = 5.0;
+pub(crate) const SPEED: f64 = 343.0;
 
 /// An icosahedron, each face divided in four `times` times and pushed out to the sphere.
 fn icosphere(times: u32) -> Mesh {
@@ -59,7 +59,7 @@ fn icosphere(times: u32) -> Mesh {
     mesh
 }
 
-pub fn sphere(absorption: f64, duration: f64, source: [f64; 3], emissions: u64) -> Traced {
+pub(crate) fn sphere(absorption: f64, duration: f64, source: [f64; 3], emissions: u64) -> Traced {
     let bands = Bands::octaves();
     let walls = Material::uniform("walls", absorption, 1.0, bands.count());
     let mut scene = Scene::from_parts(icosphere(3), vec![walls], bands, duration)

@@ -61,12 +61,12 @@ pub(super) struct Field {
 }
 
 impl Field {
-    pub fn new(mesh: Mesh, absorption: f64, source: DVec3, effects: &[&str]) -> Self {
+    pub(crate) fn new(mesh: Mesh, absorption: f64, source: DVec3, effects: &[&str]) -> Self {
         Self::of(mesh, [absorption; 2], source, effects)
     }
 
     /// The same where obstacles absorb otherwise than the floor.
-    pub fn of(mesh: Mesh, [obstacle, floor]: [f64; 2], source: DVec3, effects: &[&str]) -> Self {
+    pub(crate) fn of(mesh: Mesh, [obstacle, floor]: [f64; 2], source: DVec3, effects: &[&str]) -> Self {
         let bands = Bands::new(vec![125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0], BandWidth::Octave);
         let materials = [("obstacle", obstacle), ("floor", floor), ("void", 1.0)]
             .map(|(name, absorption)| Material::uniform(name, absorption, 0.0, BANDS));
@@ -81,7 +81,7 @@ impl Field {
     }
 
     /// Energies at each of `places` [1/m²].
-    pub fn received(&self, places: &[DVec3]) -> Vec<[f64; BANDS]> {
+    pub(crate) fn received(&self, places: &[DVec3]) -> Vec<[f64; BANDS]> {
         let settings =
             RenderSettings { mirror_order: Some(self.order), rays: Some(512), ..RenderSettings::default() };
         let renderer = self.traced.renderer(settings);
@@ -97,7 +97,7 @@ impl Field {
     }
 
     /// Largest change of any band within a millimetre about `place`, on the way `along` [dB].
-    pub fn largest_step(&self, place: DVec3, along: DVec3) -> f64 {
+    pub(crate) fn largest_step(&self, place: DVec3, along: DVec3) -> f64 {
         let offsets = [-1.5, -0.5, -0.001, 0.0, 0.001, 0.5, 1.5];
         let places = offsets.map(|millimetres| place + 0.001 * millimetres * along);
         let levels: Vec<[f64; BANDS]> = self

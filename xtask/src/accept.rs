@@ -15,7 +15,7 @@ use crate::{
 
 /// A part of what is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Part {
+pub(crate) enum Part {
     /// What rustdoc has to say
     Documentation,
     /// What can be published; licences, advisories and sources of foreign packages
@@ -45,7 +45,7 @@ pub enum Part {
 }
 
 /// Runs one part, or all; ends with what was left out.
-pub fn run(part: Option<Part>) -> Result<()> {
+pub(crate) fn run(part: Option<Part>) -> Result<()> {
     // What it needs where something of it cannot run.
     type Run = fn() -> Result<Option<&'static str>>;
     let parts: [(Part, Run); 13] = [

@@ -42,7 +42,7 @@ impl Tally {
 }
 
 /// Runs the campaign and writes its table.
-pub fn accept() -> Result<()> {
+pub(crate) fn accept() -> Result<()> {
     let programs = workspace::programs(Profile::Release)?;
     let ground = Ground::prepare(&programs, &folder())?;
     let mut random = Random(1);

@@ -15,7 +15,7 @@ const RAYS: [&str; 2] = ["rays", "target/rays"];
 const PEERS: &str = "peers";
 
 /// Runs all benchmarks, that of rays or of impulse responses alone, or only `parts` of that of speed.
-pub fn run(parts: &[String]) -> Result<()> {
+pub(crate) fn run(parts: &[String]) -> Result<()> {
     if let Some((PEERS, rooms)) = parts.split_first().map(|(first, rest)| (first.as_str(), rest)) {
         return compare_with_peers(rooms);
     }

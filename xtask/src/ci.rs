@@ -13,7 +13,7 @@ use xtask::workspace::{self, Profile};
 use crate::{cluster, python_reader, site, tidy};
 
 /// Runs all steps; an error names those that failed.
-pub fn run() -> Result<()> {
+pub(crate) fn run() -> Result<()> {
     let start = Instant::now();
     workspace::lint_while_compiling();
     // Packages arrive while crates are compiled. Who needs them installs them anew where this failed, and says why.

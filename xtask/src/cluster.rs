@@ -23,12 +23,12 @@ const PACKETS: &str = "5000";
 const SHARDS: u32 = 4;
 
 /// Installs Snakemake; the folder of its programs.
-pub fn environment() -> Result<PathBuf> {
+pub(crate) fn environment() -> Result<PathBuf> {
     python::environment(ENVIRONMENT, REQUIREMENTS)
 }
 
 /// Makes a run in one piece, by Snakemake and by the script; compares.
-pub fn check() -> Result<()> {
+pub(crate) fn check() -> Result<()> {
     let programs = workspace::programs(Profile::Dev)?;
     let folder = workspace::root().join(FOLDER);
     if folder.exists() {
@@ -141,7 +141,7 @@ fn path_with(folder: &Path) -> Result<OsString> {
 }
 
 /// The same on a real Slurm, with faults: a task is cancelled, the node fails, Snakemake is killed. Where it cannot run: what it needs.
-pub fn accept() -> Result<Option<&'static str>> {
+pub(crate) fn accept() -> Result<Option<&'static str>> {
     let Some(slurm) = Slurm::start(&workspace::root().join("target/cluster/daemons"))? else {
         return Ok(Some("a real Slurm needs root and Debian's `slurm-wlm` and `munge`"));
     };

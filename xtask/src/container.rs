@@ -13,7 +13,7 @@ const SCENE: &str = "scenes/shoebox/scene.toml";
 const PACKETS: &str = "1000";
 
 /// Builds the image and compares the map that it traces with that of the programs it was made of. Where it cannot run: what it needs.
-pub fn accept() -> Result<Option<&'static str>> {
+pub(crate) fn accept() -> Result<Option<&'static str>> {
     if !Command::new("buildah").arg("--version").output().is_ok_and(|output| output.status.success()) {
         return Ok(Some("the container needs Debian's `buildah`"));
     }

@@ -19,7 +19,7 @@ const COLUMNS: [(&str, &str); 4] = [
 
 /// Builds the two programs that it needs, as users have them; traces and renders the hall or, if `is_paper`, the room of the founding
 /// paper; prints its parameters.
-pub fn run(is_paper: bool) -> Result<()> {
+pub(crate) fn run(is_paper: bool) -> Result<()> {
     let name = if is_paper { "seed-room" } else { "hall" };
     let [scene, map, response] = [
         format!("scenes/{name}/scene.toml"),

@@ -18,7 +18,7 @@ const REQUIREMENTS: &str = "python/requirements-dist.txt";
 const BESIDE: [&str; 4] = ["LICENSE-MIT", "LICENSE-APACHE", "README.md", "CHANGELOG.md"];
 
 /// Makes everything, checks the wheel, writes SHA256SUMS.
-pub fn make() -> Result<()> {
+pub(crate) fn make() -> Result<()> {
     let root = workspace::root();
     ensure!(
         cfg!(all(target_os = "linux", target_arch = "x86_64")),
@@ -124,7 +124,7 @@ fn wheel(folder: &Path) -> Result<String> {
 }
 
 /// Unpacks a release on a bare Debian without Rust, and does there what the tutorial does, and the same in Python. Where it cannot run: what it needs.
-pub fn accept() -> Result<Option<&'static str>> {
+pub(crate) fn accept() -> Result<Option<&'static str>> {
     let needs = "the release on a bare Debian needs root and Debian's `debootstrap`";
     if !Command::new("debootstrap").arg("--version").output().is_ok_and(|output| output.status.success()) {
         return Ok(Some(needs));

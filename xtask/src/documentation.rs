@@ -9,7 +9,7 @@ use serde_json::Value;
 use xtask::workspace;
 
 /// Documents every crate of ours; an error if rustdoc has anything to say.
-pub fn check() -> Result<()> {
+pub(crate) fn check() -> Result<()> {
     let mut doc = workspace::cargo(&["doc", "--workspace", "--no-deps", "--message-format=json"]);
     doc.env("RUSTDOCFLAGS", "--force-warn rustdoc::broken_intra_doc_links");
     let output = doc.stderr(std::process::Stdio::inherit()).output().context("cannot run cargo doc")?;

@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail, ensure};
 use xtask::workspace;
 
 /// Seconds for each reader in `accept`, on one core.
-pub const SECONDS: u32 = 600;
+pub(crate) const SECONDS: u32 = 600;
 /// Most memory of a reader [MB], and the longest time for one input [s]: inputs have at most 4 kB where seeds are smaller.
 const LIMITS: [&str; 2] = ["-rss_limit_mb=2048", "-timeout=20"];
 
@@ -20,7 +20,7 @@ const RELEASE: &str = "--release";
 const FLAGS: &str = "-Coverflow-checks=on";
 
 /// Fuzzes all readers for [`SECONDS`] each. Where it cannot: what it needs.
-pub fn accept() -> Result<Option<&'static str>> {
+pub(crate) fn accept() -> Result<Option<&'static str>> {
     let mut version = fuzz(&["--version"]);
     if !version.output().is_ok_and(|output| output.status.success()) {
         return Ok(Some("fuzzing needs a nightly compiler and `cargo install --locked cargo-fuzz`"));
@@ -29,7 +29,7 @@ pub fn accept() -> Result<Option<&'static str>> {
 }
 
 /// Fuzzes `readers`, or all, for so many seconds each.
-pub fn run(seconds: u32, readers: &[String]) -> Result<()> {
+pub(crate) fn run(seconds: u32, readers: &[String]) -> Result<()> {
     let all = targets()?;
     if let Some(unknown) = readers.iter().find(|reader| !all.contains(reader)) {
         bail!("no fuzz target \"{unknown}\": there are {}", all.join(", "));

@@ -12,7 +12,7 @@ const ENVIRONMENT: &str = "target/pyrato";
 const COMPARISON: &str = "python/measured/compare.py";
 
 /// Compares; within 0.1 just-noticeable differences.
-pub fn accept() -> Result<()> {
+pub(crate) fn accept() -> Result<()> {
     let python = python::environment(ENVIRONMENT, REQUIREMENTS)?.join("python");
     let program = workspace::programs(Profile::Dev)?.join("sonel-analyze");
     python::shown(Command::new(python).arg(COMPARISON).arg(program))

@@ -12,7 +12,7 @@ const FOLDER: &str = "target/portable";
 
 /// Tests the programs with the code for systems without Unix signals (docs/platforms.md), then checks the workspace with the Rust that its
 /// manifest states. Where that is not installed: what it needs.
-pub fn accept() -> Result<Option<&'static str>> {
+pub(crate) fn accept() -> Result<Option<&'static str>> {
     let mut test = workspace::cargo(&[
         "test",
         "--package",

@@ -14,7 +14,7 @@ static INSTALLING: Mutex<()> = Mutex::new(());
 
 /// The folder of programs of the environment in `folder`, in which the packages listed in the file `requirements` are
 /// installed.
-pub fn environment(folder: &str, requirements: &str) -> Result<PathBuf> {
+pub(crate) fn environment(folder: &str, requirements: &str) -> Result<PathBuf> {
     let programs = workspace::root().join(folder).join(if cfg!(windows) { "Scripts" } else { "bin" });
     let wanted = fs::read_to_string(workspace::root().join(requirements))?;
     let _one = INSTALLING.lock();
@@ -31,7 +31,7 @@ pub fn environment(folder: &str, requirements: &str) -> Result<PathBuf> {
 }
 
 /// Runs `command` in the workspace; what it prints to stdout.
-pub fn printed(command: &mut Command) -> Result<String> {
+pub(crate) fn printed(command: &mut Command) -> Result<String> {
     let run = command.current_dir(workspace::root()).stderr(Stdio::inherit());
     let output = run.output().with_context(|| format!("cannot run {run:?}"))?;
     ensure!(output.status.success(), "{run:?}: {}", output.status);
@@ -39,7 +39,7 @@ pub fn printed(command: &mut Command) -> Result<String> {
 }
 
 /// Runs `command` in the workspace; what it prints is seen, also where it fails.
-pub fn shown(command: &mut Command) -> Result<()> {
+pub(crate) fn shown(command: &mut Command) -> Result<()> {
     let status = command.current_dir(workspace::root()).status();
     let status = status.with_context(|| format!("cannot run {command:?}"))?;
     ensure!(status.success(), "{command:?}: {status}");

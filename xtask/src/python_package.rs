@@ -23,7 +23,7 @@ const SYSTEM_PYTHON: &str = "/usr/bin/python3";
 const NOTEBOOKS: [&str; 2] = ["python/first-hour.ipynb", "python/arrays.ipynb"];
 
 /// Tests the package as the workspace compiles it.
-pub fn check() -> Result<()> {
+pub(crate) fn check() -> Result<()> {
     let python = python_reader::environment()?.join("python");
     workspace::libraries()?;
     let programs = workspace::programs(Profile::Dev)?;
@@ -43,7 +43,7 @@ pub fn check() -> Result<()> {
 }
 
 /// Builds the wheel, installs it, tests it, and runs the notebooks. Where something of it cannot run: what it needs.
-pub fn accept() -> Result<Option<&'static str>> {
+pub(crate) fn accept() -> Result<Option<&'static str>> {
     let folder = python::environment(WHEEL_ENVIRONMENT, WHEEL_REQUIREMENTS)?;
     let python = folder.join("python");
     let programs = workspace::programs(Profile::Release)?;
@@ -63,7 +63,7 @@ pub fn accept() -> Result<Option<&'static str>> {
 }
 
 /// Builds the wheel and installs it for the interpreter `python`.
-pub fn install_wheel(python: &Path) -> Result<()> {
+pub(crate) fn install_wheel(python: &Path) -> Result<()> {
     let install = ["-m", "pip", "install", "--quiet", "--force-reinstall", "--no-deps", "./python"];
     shown(Command::new(python).args(install))
 }

@@ -41,12 +41,12 @@ const TOLERANCE: f64 = 1e-6;
 const CLASS: &str = "... D R";
 
 /// Installs what the reader needs; the folder of its programs.
-pub fn environment() -> Result<PathBuf> {
+pub(crate) fn environment() -> Result<PathBuf> {
     python::environment(ENVIRONMENT, REQUIREMENTS)
 }
 
 /// Traces and renders a box with shared and with separate bands, reads both maps, compares.
-pub fn check() -> Result<()> {
+pub(crate) fn check() -> Result<()> {
     let python = environment()?.join("python");
     let programs = workspace::programs(Profile::Dev)?;
     let program = |name: &str, arguments: &[&str]| printed(Command::new(programs.join(name)).args(arguments));

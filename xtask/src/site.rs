@@ -24,12 +24,12 @@ const HTML: &str = "target/site/html";
 const START: &str = "docs/README.md";
 
 /// The folder of programs of the environment with Sphinx.
-pub fn environment() -> Result<PathBuf> {
+pub(crate) fn environment() -> Result<PathBuf> {
     python::environment(ENVIRONMENT, REQUIREMENTS)
 }
 
 /// Builds the site.
-pub fn build() -> Result<()> {
+pub(crate) fn build() -> Result<()> {
     let python = environment()?.join("python");
     let root = workspace::root();
     for folder in [SOURCE, HTML] {
@@ -51,7 +51,7 @@ pub fn build() -> Result<()> {
 }
 
 /// Builds the site and runs the commands of its tutorial and answers.
-pub fn accept() -> Result<()> {
+pub(crate) fn accept() -> Result<()> {
     build()?;
     println!("site: {} commands run", commands::run()?);
     Ok(())

@@ -19,17 +19,17 @@ const DAEMONS: [&str; 3] = ["munged", "slurmctld", "slurmd"];
 const PATIENCE: Duration = Duration::from_secs(300);
 
 /// A Slurm of one node, ended with the value.
-pub struct Slurm {
+pub(crate) struct Slurm {
     folder: PathBuf,
     daemons: Vec<Process>,
 }
 
 /// A process, killed with the value.
-pub struct Process(Child);
+pub(crate) struct Process(Child);
 
 impl Process {
     /// Starts it.
-    pub fn start(command: &mut Command) -> Result<Self> {
+    pub(crate) fn start(command: &mut Command) -> Result<Self> {
         Ok(Self(command.spawn().with_context(|| format!("cannot start {command:?}"))?))
     }
 }
@@ -43,7 +43,7 @@ impl Drop for Process {
 
 impl Slurm {
     /// Starts it in `folder`; none where it is not installed or this is not root.
-    pub fn start(folder: &Path) -> Result<Option<Self>> {
+    pub(crate) fn start(folder: &Path) -> Result<Option<Self>> {
         let is_root = printed(Command::new("id").arg("-u")).is_ok_and(|id| id.trim() == "0");
         let found = |daemon: &&str| Path::new("/usr/sbin").join(daemon).exists();
         if !is_root || !DAEMONS.iter().all(found) {
@@ -99,19 +99,19 @@ impl Slurm {
     }
 
     /// A client of this Slurm.
-    pub fn client(&self, program: impl AsRef<Path>) -> Command {
+    pub(crate) fn client(&self, program: impl AsRef<Path>) -> Command {
         let mut command = Command::new(program.as_ref());
         command.envs(self.environment()).current_dir(workspace::root());
         command
     }
 
     /// What clients need to find it.
-    pub fn environment(&self) -> [(&'static str, PathBuf); 1] {
+    pub(crate) fn environment(&self) -> [(&'static str, PathBuf); 1] {
         [("SLURM_CONF", self.folder.join("slurm.conf"))]
     }
 
     /// The folder of the `srun` of this Slurm.
-    pub fn folder(&self) -> &Path {
+    pub(crate) fn folder(&self) -> &Path {
         &self.folder
     }
 
@@ -125,12 +125,12 @@ impl Slurm {
     }
 
     /// Waits until no job is left.
-    pub fn settle(&self) -> Result<()> {
+    pub(crate) fn settle(&self) -> Result<()> {
         wait("jobs", || Ok(self.said(&["squeue", "--noheader"])?.trim().is_empty()))
     }
 
     /// The first running job whose line `NUMBER COMMENT` is `wanted`, and its comment; waits for one.
-    pub fn running(&self, mut wanted: impl FnMut(&str) -> bool) -> Result<(String, String)> {
+    pub(crate) fn running(&self, mut wanted: impl FnMut(&str) -> bool) -> Result<(String, String)> {
         let mut found = None;
         wait("a running job", || {
             let running = self.said(&["squeue", "--noheader", "--states=RUNNING", "--format=%i %k"])?;
@@ -145,12 +145,12 @@ impl Slurm {
     }
 
     /// Ends a job.
-    pub fn cancel(&self, job: &str) -> Result<()> {
+    pub(crate) fn cancel(&self, job: &str) -> Result<()> {
         self.said(&["scancel", job]).map(drop)
     }
 
     /// Lets the node fail under its jobs; it comes back by itself.
-    pub fn fail_node(&self) -> Result<()> {
+    pub(crate) fn fail_node(&self) -> Result<()> {
         self.said(&["scontrol", "update", "NodeName=localhost", "State=DOWN", "Reason=test"]).map(drop)
     }
 }

@@ -14,7 +14,7 @@ use xtask::workspace::{self, Profile};
 const SCENES: [&str; 3] = ["shoebox", "seed-room", "hall"];
 
 /// Drives the page of each scene in Chromium. Where it cannot run: what it needs.
-pub fn accept() -> Result<Option<&'static str>> {
+pub(crate) fn accept() -> Result<Option<&'static str>> {
     let is_there =
         |name: &str| Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success());
     if !["chromium", "node", "npm"].into_iter().all(is_there) {

@@ -5,8 +5,6 @@
 //!
 //! References: docs/physics.md §1, docs/references.md.
 
-#![warn(unreachable_pub)]
-
 pub mod absorption_law;
 mod air;
 mod balloon;

@@ -21,7 +21,7 @@ const END: f64 = 0.080;
 ///
 /// # Errors
 /// When one of them has no curve, the record ends before 80 ms, or nothing arrives early.
-pub fn early_fraction(all: &Values, lateral: &Values) -> Result<f64, Unsupported> {
+pub(crate) fn early_fraction(all: &Values, lateral: &Values) -> Result<f64, Unsupported> {
     let (all, lateral) = (all.curve()?, lateral.curve()?);
     let early = all.total() - late(all, END)?;
     if early <= 0.0 {
@@ -34,7 +34,7 @@ pub fn early_fraction(all: &Values, lateral: &Values) -> Result<f64, Unsupported
 ///
 /// # Errors
 /// When there is no curve, the record ends before 80 ms, or nothing arrives late.
-pub fn late_level_db(lateral: &Values) -> Result<f64, Unsupported> {
+pub(crate) fn late_level_db(lateral: &Values) -> Result<f64, Unsupported> {
     let late = late(lateral.curve()?, END)?;
     if late > 0.0 { Ok(strength_db(late)) } else { Err(Unsupported::NothingLate { limit_ms: 1000.0 * END }) }
 }

@@ -21,7 +21,7 @@ const AIM: f64 = 0.1;
 
 /// Readings with the least and the most that may follow the record.
 #[derive(Debug)]
-pub struct Bounds {
+pub(crate) struct Bounds {
     ends: [Values; 2],
     /// End of the record, from the emission [s].
     end: f64,
@@ -33,7 +33,7 @@ impl Bounds {
     /// Bounds for a record that `fluence` [1/m²] follows, as far as the room is known, with the decay rate `rate` [1/s]. [`None`] where
     /// nothing follows. Without a curve the level alone can be read.
     #[must_use]
-    pub fn new(
+    pub(crate) fn new(
         echogram: Echogram<'_>,
         curve: &Result<DecayCurve, Unsupported>,
         (fluence, rate): (f64, f64),
@@ -61,7 +61,7 @@ impl Bounds {
 ///
 /// # Errors
 /// [`Unsupported::CutOff`] where that is further away than a few times `just_noticeable`.
-pub fn widened(
+pub(crate) fn widened(
     estimate: Estimate,
     bounds: &[&Bounds],
     just_noticeable: f64,

@@ -23,7 +23,7 @@ const MOST: f64 = 0.9;
 
 /// `estimate` with an interval that follows the skewness of its batches.
 #[must_use]
-pub fn followed(estimate: Estimate) -> Estimate {
+pub(crate) fn followed(estimate: Estimate) -> Estimate {
     let Some(StandardError { sigma, freedom }) = estimate.error else { return estimate };
     let t = student::quantile(student::MISSED, freedom);
     let [below, above] = ends(&estimate.without, &estimate.weight, t);

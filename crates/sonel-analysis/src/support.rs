@@ -16,7 +16,7 @@ const DIRECT_END: f64 = 0.010;
 
 /// Whether support is defined for a receiver so far from the source [m].
 #[must_use]
-pub fn is_defined(distance: f64) -> bool {
+pub(crate) fn is_defined(distance: f64) -> bool {
     (distance - DISTANCE).abs() <= TOLERANCE
 }
 
@@ -24,7 +24,7 @@ pub fn is_defined(distance: f64) -> bool {
 ///
 /// # Errors
 /// When there is no curve, the record ends before `end`, or there is nothing in one of the windows.
-pub fn support_db(values: &Values, [begin, end]: [f64; 2]) -> Result<f64, Unsupported> {
+pub(crate) fn support_db(values: &Values, [begin, end]: [f64; 2]) -> Result<f64, Unsupported> {
     let curve = values.curve()?;
     let direct = curve.total() - late(curve, DIRECT_END)?;
     let returned = late(curve, begin)? - late(curve, end)?;

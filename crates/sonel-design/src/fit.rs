@@ -136,18 +136,18 @@ pub(crate) struct Workbench<'a, S: MapStore> {
 }
 
 impl<'a, S: MapStore> Workbench<'a, S> {
-    pub fn new(given: VariedMap<'a>, store: &'a mut S) -> Self {
+    pub(crate) fn new(given: VariedMap<'a>, store: &'a mut S) -> Self {
         Self { given, traced: None, store }
     }
 
-    pub fn map(&mut self) -> VariedMap<'_> {
+    pub(crate) fn map(&mut self) -> VariedMap<'_> {
         let VariedMap { map, geometry, receivers, render } = &mut self.given;
         let map = self.traced.as_mut().unwrap_or(map);
         VariedMap { map, geometry, receivers, render: render.clone() }
     }
 
     /// Gives the map other materials, traced anew where its paths cannot carry them.
-    pub fn adopt(
+    pub(crate) fn adopt(
         &mut self,
         materials: Vec<Material>,
         tell: &mut (dyn FnMut(Stage) + Send),
@@ -168,7 +168,7 @@ impl<'a, S: MapStore> Workbench<'a, S> {
         Ok(true)
     }
 
-    pub fn vary(
+    pub(crate) fn vary(
         &mut self,
         coefficients: &[Coefficient],
         tell: &mut (dyn FnMut(f64) + Send),
@@ -180,7 +180,7 @@ impl<'a, S: MapStore> Workbench<'a, S> {
     }
 
     /// Figures with everything that the map has, edges included; none where edges do not diffract.
-    pub fn with_edges(&mut self) -> Result<Option<Vec<ReceiverParameters>>, PipelineError> {
+    pub(crate) fn with_edges(&mut self) -> Result<Option<Vec<ReceiverParameters>>, PipelineError> {
         let map = self.map();
         let diffracts = map.render.edges && map.geometry.diffracting_edges().next().is_some();
         diffracts.then(|| map.read()).transpose()

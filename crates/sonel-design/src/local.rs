@@ -54,14 +54,14 @@ pub(crate) struct Local {
 
 impl Unknown {
     /// y of a coefficient within the bounds.
-    pub fn logit(&self, coefficient: f64) -> f64 {
+    pub(crate) fn logit(&self, coefficient: f64) -> f64 {
         let [low, high] = self.bounds;
         let share = ((coefficient - low) / (high - low)).clamp(0.0, 1.0);
         libm::log(share / (1.0 - share)).clamp(-STEEPEST, STEEPEST)
     }
 
     /// The coefficient and its derivative by y.
-    pub fn of_logit(&self, y: f64) -> (f64, f64) {
+    pub(crate) fn of_logit(&self, y: f64) -> (f64, f64) {
         let [low, high] = self.bounds;
         let share = 1.0 / (1.0 + libm::exp(-y));
         (low + (high - low) * share, (high - low) * share * (1.0 - share))
@@ -81,7 +81,7 @@ impl Unknown {
 
 impl Datum {
     /// The parameter at `coefficients`, and its derivatives by them.
-    pub fn predict(&self, unknowns: &[Unknown], coefficients: &[f64]) -> (f64, Vec<f64>) {
+    pub(crate) fn predict(&self, unknowns: &[Unknown], coefficients: &[f64]) -> (f64, Vec<f64>) {
         let is_time = self.parameter.is_noticed_relatively();
         // dz/dg at the known value, z being what is straight.
         let straight = if is_time { -1.0 / (self.value * self.value) } else { 1.0 };
@@ -111,7 +111,7 @@ impl Datum {
 
 impl Local {
     /// y of the least squares: near the wanted values and near what is believed.
-    pub fn solve(&self) -> Vec<f64> {
+    pub(crate) fn solve(&self) -> Vec<f64> {
         if self.unknowns.is_empty() {
             return Vec::new();
         }
@@ -126,17 +126,17 @@ impl Local {
     }
 
     /// Coefficients at `y`.
-    pub fn coefficients(&self, y: &[f64]) -> Vec<f64> {
+    pub(crate) fn coefficients(&self, y: &[f64]) -> Vec<f64> {
         self.unknowns.iter().zip(y).map(|(unknown, &y)| unknown.of_logit(y).0).collect()
     }
 
     /// Half the sum of squares at `y`.
-    pub fn cost(&self, y: &[f64]) -> f64 {
+    pub(crate) fn cost(&self, y: &[f64]) -> f64 {
         0.5 * self.residuals(y).norm_squared()
     }
 
     /// Deviations of the data in standard deviations, then those of the unknowns from what is believed.
-    pub fn residuals(&self, y: &[f64]) -> DVector<f64> {
+    pub(crate) fn residuals(&self, y: &[f64]) -> DVector<f64> {
         let coefficients = self.coefficients(y);
         let data =
             self.data.iter().map(|datum| datum.deviation(datum.predict(&self.unknowns, &coefficients).0));
@@ -150,7 +150,7 @@ impl Local {
     }
 
     /// Derivatives of the residuals by y.
-    pub fn jacobian(&self, y: &[f64]) -> DMatrix<f64> {
+    pub(crate) fn jacobian(&self, y: &[f64]) -> DMatrix<f64> {
         let (coefficients, count) = (self.coefficients(y), self.unknowns.len());
         let mut jacobian = DMatrix::zeros(self.data.len() + count, count);
         for (row, datum) in self.data.iter().enumerate() {

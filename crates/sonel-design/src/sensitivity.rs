@@ -35,7 +35,7 @@ pub(crate) struct Varied {
 
 impl Varied {
     /// The slopes of a parameter at one source and receiver by the coefficient of variant number `variant`.
-    pub fn slopes(&self, place: usize, variant: usize, parameter: Parameter) -> Vec<Option<Slope>> {
+    pub(crate) fn slopes(&self, place: usize, variant: usize, parameter: Parameter) -> Vec<Option<Slope>> {
         let first = (variant + 1) * self.bands;
         slopes(&self.parameters[place], first, &self.variants[variant].steps, parameter)
     }

@@ -6,8 +6,6 @@
 //!
 //! The crate has no mesh and no room: callers state the faces and the visible part of the edge (docs/diffraction.md).
 
-#![warn(unreachable_pub)]
-
 pub mod complex;
 mod contour;
 pub mod edge_path;

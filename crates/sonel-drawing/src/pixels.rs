@@ -3,13 +3,13 @@
 use std::io::Write;
 
 /// The program that our pictures name, which tells them from others.
-pub const SOFTWARE: &str = "sonel-analyze";
+pub(crate) const SOFTWARE: &str = "sonel-analyze";
 
 /// Writes pixels in rows from the top, three bytes each.
 ///
 /// # Errors
 /// When `out` cannot be written.
-pub fn write(
+pub(crate) fn write(
     [width, height]: [u32; 2],
     colors: &[u8],
     out: &mut dyn Write,

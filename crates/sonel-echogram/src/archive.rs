@@ -23,7 +23,7 @@ const DIGEST: &str = "digest";
 const BUFFER: usize = 1 << 16;
 
 /// Values of an array; read by [`ArchiveReader::array`].
-pub trait Element: Sized {
+pub(crate) trait Element: Sized {
     /// Whether numpy calls the type so.
     fn is(type_string: &str) -> bool;
 
@@ -95,7 +95,7 @@ impl Element for String {
 }
 
 /// Shape of an array and its values in row-major order.
-pub type Shaped<T> = (Vec<usize>, Vec<T>);
+pub(crate) type Shaped<T> = (Vec<usize>, Vec<T>);
 
 /// An archive being written: arrays of plain numbers and texts, for `numpy.load` without pickle.
 #[derive(Debug)]
@@ -300,7 +300,7 @@ const MOST_EXPANSION: u64 = 100;
 const SMALL_ARRAY: u64 = 1 << 26;
 
 /// An archive being read.
-pub struct ArchiveReader<R: Read + Seek> {
+pub(crate) struct ArchiveReader<R: Read + Seek> {
     zip: ZipArchive<R>,
     /// Bytes that an array may take, by the size of the archive.
     largest: u64,
@@ -309,19 +309,19 @@ pub struct ArchiveReader<R: Read + Seek> {
 }
 
 impl<R: Read + Seek> ArchiveReader<R> {
-    pub fn new(mut input: R) -> Result<Self, ResponseError> {
+    pub(crate) fn new(mut input: R) -> Result<Self, ResponseError> {
         let size = input.seek(SeekFrom::End(0))?;
         let largest = size.saturating_mul(MOST_EXPANSION).max(SMALL_ARRAY);
         Ok(Self { largest, zip: ZipArchive::new(input).map_err(broken)?, contents: HashMap::new() })
     }
 
     /// Whether there is an array `key`.
-    pub fn contains(&self, key: &str) -> bool {
+    pub(crate) fn contains(&self, key: &str) -> bool {
         self.zip.index_for_name(&format!("{key}.npy")).is_some()
     }
 
     /// Shape and values of array `key` in row-major order; [`None`] where there is no such array.
-    pub fn array<T: Element>(&mut self, key: &str) -> Result<Option<Shaped<T>>, ResponseError> {
+    pub(crate) fn array<T: Element>(&mut self, key: &str) -> Result<Option<Shaped<T>>, ResponseError> {
         let Some(index) = self.zip.index_for_name(&format!("{key}.npy")) else { return Ok(None) };
         let bytes = self.content(index)?;
         let header::PlainArray { element, shape, payload } =
@@ -351,7 +351,7 @@ impl<R: Read + Seek> ArchiveReader<R> {
     }
 
     /// Compares names and contents of all arrays with the digest of the archive, which is its last array.
-    pub fn check_digest(&mut self) -> Result<(), ResponseError> {
+    pub(crate) fn check_digest(&mut self) -> Result<(), ResponseError> {
         let (_, stated) =
             self.array::<String>(DIGEST)?.ok_or_else(|| ResponseError::Missing(DIGEST.to_owned()))?;
         let mut digest = blake3::Hasher::new();

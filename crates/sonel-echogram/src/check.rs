@@ -7,7 +7,7 @@ use crate::{Response, ResponseError};
 ///
 /// # Errors
 /// [`ResponseError::Unsound`] with all problems.
-pub fn check(response: &Response) -> Result<(), ResponseError> {
+pub(crate) fn check(response: &Response) -> Result<(), ResponseError> {
     let arrays = response.arrays();
     let mut problems: Vec<String> = arrays.iter().filter_map(Array::wrong_length).collect();
     if problems.is_empty() {

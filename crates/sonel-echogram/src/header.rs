@@ -19,7 +19,7 @@ const DEEPEST: usize = 2;
 
 /// A plain array whose header announces exactly the bytes that follow it.
 #[derive(Debug, PartialEq)]
-pub struct PlainArray<'a> {
+pub(crate) struct PlainArray<'a> {
     /// Type of the elements as numpy writes it, such as `<f8`.
     pub element: &'a str,
     pub shape: Vec<usize>,
@@ -30,7 +30,7 @@ pub struct PlainArray<'a> {
 ///
 /// # Errors
 /// The fault, as a predicate.
-pub fn read(array: &[u8]) -> Result<PlainArray<'_>, String> {
+pub(crate) fn read(array: &[u8]) -> Result<PlainArray<'_>, String> {
     let (header, payload) = split(array)?;
     let brackets = header.chars().filter(|c| "([{".contains(*c)).count();
     if brackets > DEEPEST {
@@ -64,7 +64,7 @@ pub fn read(array: &[u8]) -> Result<PlainArray<'_>, String> {
 ///
 /// # Errors
 /// When there are too many axes.
-pub fn written(element: &str, shape: &[usize]) -> io::Result<Vec<u8>> {
+pub(crate) fn written(element: &str, shape: &[usize]) -> io::Result<Vec<u8>> {
     let axes: String = shape.iter().map(|length| format!("{length}, ")).collect();
     let mut header = format!("{{'descr': '{element}', 'fortran_order': False, 'shape': ({axes}), }}");
     let length = (PREAMBLE + header.len() + 1).next_multiple_of(LINE) - PREAMBLE;

@@ -12,8 +12,6 @@
 //!
 //! References: [WoopBenthinWald2013], [Ize2013], [VanOosterom1983] (docs/references.md).
 
-#![warn(unreachable_pub)]
-
 mod arc;
 mod block;
 mod boundary;

@@ -17,8 +17,6 @@
 //!
 //! The layout of the file, byte by byte, stands in docs/formats/sonelmap.md.
 
-#![warn(unreachable_pub)]
-
 #[cfg(target_endian = "big")]
 compile_error!(
     "sonel maps are mapped into memory as little-endian arrays; a big-endian reader needs its own codec"

@@ -23,8 +23,6 @@
 //!
 //! [`deposit`] holds the echograms under construction.
 
-#![warn(unreachable_pub)]
-
 /// Revision of the echograms: raised by every change after which the same command may write another response to the same map.
 /// `tests/pipeline` keeps digests of some. Responses of two revisions are never joined.
 pub const REVISION: u32 = 16;

@@ -5,8 +5,6 @@
 //!
 //! References: docs/interface.md, docs/formats/scene.md.
 
-#![warn(unreachable_pub)]
-
 mod balloon_file;
 mod bands;
 pub mod checkup;

@@ -5,8 +5,6 @@
 //!
 //! References: [AES69] (docs/references.md).
 
-#![warn(unreachable_pub)]
-
 mod array;
 mod stored;
 mod triangles;

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::SoundError;
 
 /// Highest speed of a listener [m/s].
-pub const FASTEST: f64 = 100.0;
+pub(crate) const FASTEST: f64 = 100.0;
 /// Shorter paths are a single place [m].
 const STANDING: f64 = 1e-6;
 

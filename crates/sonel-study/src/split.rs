@@ -50,7 +50,7 @@ impl RenderedTwice<'_> {
 
     /// The share of visibility rays in the variance of `parameter`: over all bands and receivers together, as that of a single parameter
     /// scatters too much.
-    pub fn share(&self, readings: &[Reading], parameter: Parameter) -> f64 {
+    pub(crate) fn share(&self, readings: &[Reading], parameter: Parameter) -> f64 {
         let (mut rays, mut all) = (0.0, 0.0);
         for reading in readings.iter().filter(|reading| reading.place.parameter == parameter) {
             let (Some(_), Ok(width)) = (reading.value, &reading.half_width) else { continue };

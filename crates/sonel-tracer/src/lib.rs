@@ -8,8 +8,6 @@
 //!
 //! Formulas: docs/physics.md §2, §3 and §6.
 
-#![warn(unreachable_pub)]
-
 /// Revision of the paths: raised by every change after which the same command may write other paths or another ledger. `tests/pipeline`
 /// keeps digests of some runs. Maps of two revisions are never joined.
 pub const REVISION: u32 = 4;

@@ -15,7 +15,7 @@ mod statistics;
 /// How much a case spends.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[allow(dead_code)] // each of the two binaries that share these modules is one of them
-pub enum Form {
+pub(crate) enum Form {
     /// For every change: seconds.
     Quick,
     /// Before a release.

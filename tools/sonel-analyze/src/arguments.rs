@@ -22,10 +22,11 @@ mod parameters;
 mod plot;
 mod speech;
 
-pub use coefficients::{Change, FitArguments, OptimiseArguments, To};
+pub(crate) use coefficients::{Change, To};
+pub use coefficients::{FitArguments, OptimiseArguments};
 pub use parameters::Parameters;
 pub use plot::{Plot, What};
-pub use speech::OpenPlan;
+pub(crate) use speech::OpenPlan;
 
 /// Inspects maps and responses, reads room-acoustic parameters.
 #[derive(Debug, Clone, Parser)]

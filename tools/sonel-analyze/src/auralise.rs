@@ -15,7 +15,7 @@ use crate::open;
 ///
 /// # Errors
 /// When the response cannot be read, has no directions that are needed, or a file cannot be written.
-pub fn run(arguments: &Auralise, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub(crate) fn run(arguments: &Auralise, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let Auralise { response: path, sound, seed } = arguments;
     let response = open::response_with_room(path)?;
     let echograms = response.echograms();

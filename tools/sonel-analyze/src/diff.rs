@@ -17,7 +17,7 @@ use crate::open;
 ///
 /// # Errors
 /// When a file is unusable, the two are of different kinds or have nothing in common, or `out` cannot be written.
-pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub(crate) fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let b = arguments.other();
     match (open::kind(&arguments.a)?, open::kind(b)?) {
         (Artifact::Map, _) | (_, Artifact::Map) if !arguments.between.is_empty() => {

@@ -19,7 +19,7 @@ use crate::open;
 ///
 /// # Errors
 /// When the map or response is unusable, or the output has another ending or cannot be written.
-pub fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub(crate) fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let Export { file: map, output } = arguments;
     if open::kind(map)? == Artifact::Response {
         return echograms(map, output, log);

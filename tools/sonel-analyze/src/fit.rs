@@ -24,7 +24,7 @@ use crate::open;
 ///
 /// # Errors
 /// When the map or the table is unusable, nothing measured can be computed, or the output cannot be written.
-pub fn run(
+pub(crate) fn run(
     arguments: &FitArguments,
     quiet: bool,
     out: &mut dyn Write,
@@ -73,7 +73,7 @@ pub fn run(
 }
 
 /// Writes `materials`; those that differ from `before` get `source` before their own.
-pub fn write_materials(
+pub(crate) fn write_materials(
     output: Output,
     materials: &[Material],
     before: &[Material],
@@ -90,7 +90,7 @@ pub fn write_materials(
 }
 
 /// Shows renderings as bars, and says why the scene is traced again. A log that cannot be written is no reason to stop.
-pub fn tell(stage: Stage, follower: &Follower<'_>) {
+pub(crate) fn tell(stage: Stage, follower: &Follower<'_>) {
     match stage {
         Stage::Rendering(number, share) => {
             let _ = follower.progress(&format!("rendering {number}"), share);
@@ -103,7 +103,7 @@ pub fn tell(stage: Stage, follower: &Follower<'_>) {
 }
 
 /// The searches know no upper bound of such walls, and alternatives to them are uniform.
-pub fn refuse_angular(materials: &[Material]) -> anyhow::Result<()> {
+pub(crate) fn refuse_angular(materials: &[Material]) -> anyhow::Result<()> {
     if let Some(wall) = materials.iter().find(|material| material.law.is_angular()) {
         bail!(
             "\"{}\" has the absorption law {}; fit and optimise need uniform absorption: trace the scene without absorption_law",

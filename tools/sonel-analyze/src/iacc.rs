@@ -21,7 +21,7 @@ const MEAN: &str = "500 … 2000";
 ///
 /// # Errors
 /// When a file is no WAV file of two channels.
-pub fn run(arguments: &IaccArguments, out: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub(crate) fn run(arguments: &IaccArguments, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let mut read = Vec::new();
     for path in &arguments.recordings {
         let found = sonel_sound::iacc(&open::recording(path)?).with_context(|| path.display().to_string())?;

@@ -25,7 +25,7 @@ use crate::open;
 ///
 /// # Errors
 /// When the map is unusable, there is no such camera, window, band or source, or an output cannot be written.
-pub fn run(arguments: &Image, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub(crate) fn run(arguments: &Image, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let drawn = drawn_name(arguments)?;
     let (map, geometry) = open::map(&arguments.map)?;
     let request = PictureRequest::new(arguments, &map, &geometry)?;

@@ -1,7 +1,7 @@
 //! `sonel-analyze inspect`: type, provenance and content of a file.
 
 mod edges;
-pub mod map;
+pub(crate) mod map;
 mod response;
 
 use std::io::Write;
@@ -16,7 +16,7 @@ use crate::open;
 ///
 /// # Errors
 /// When the file cannot be read, is damaged or is neither, or `out` cannot be written.
-pub fn run(arguments: &Inspect, out: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub(crate) fn run(arguments: &Inspect, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let Inspect { file, printed } = arguments;
     match open::kind(file)? {
         Artifact::Response => {

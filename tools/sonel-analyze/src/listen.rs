@@ -15,7 +15,7 @@ use crate::open;
 ///
 /// # Errors
 /// When a file is no usable WAV file, the recording has several channels, or the output cannot be written.
-pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub(crate) fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let Listen { impulse_response, recording, output } = arguments;
     if !has_ending(output, "wav") {
         bail!("{} does not end in .wav: sound is written as WAV only", output.display());

@@ -20,7 +20,7 @@ use crate::open;
 ///
 /// # Errors
 /// Everything that speaks against joining them, or the output cannot be written.
-pub fn run(arguments: &Merge, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub(crate) fn run(arguments: &Merge, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     match open::kind(&arguments.shards[0])? {
         Artifact::Map => join_maps(arguments, quiet, log),
         Artifact::Response => join_responses(arguments, log),

@@ -14,7 +14,7 @@ use sonel_map::{Mode, SonelMap};
 use sonel_sound::Recording;
 
 /// A map whose paths were checked and walked.
-pub struct WalkedMap {
+pub(crate) struct WalkedMap {
     /// The map.
     pub map: SonelMap,
     /// The walls of its scene.
@@ -27,7 +27,7 @@ pub struct WalkedMap {
 ///
 /// # Errors
 /// When it cannot be read or is neither.
-pub fn kind(path: &Path) -> anyhow::Result<Artifact> {
+pub(crate) fn kind(path: &Path) -> anyhow::Result<Artifact> {
     if let Some(kind) = artifact::kind(path)? {
         return Ok(kind);
     }
@@ -41,7 +41,7 @@ pub fn kind(path: &Path) -> anyhow::Result<Artifact> {
 ///
 /// # Errors
 /// When the file cannot be read or is no valid response.
-pub fn response(path: &Path) -> anyhow::Result<Response> {
+pub(crate) fn response(path: &Path) -> anyhow::Result<Response> {
     Ok(response_with_room(path)?.into_echograms())
 }
 
@@ -49,7 +49,7 @@ pub fn response(path: &Path) -> anyhow::Result<Response> {
 ///
 /// # Errors
 /// When the file cannot be read or is no valid response.
-pub fn response_with_room(path: &Path) -> anyhow::Result<sonel::Response> {
+pub(crate) fn response_with_room(path: &Path) -> anyhow::Result<sonel::Response> {
     if kind(path)? == Artifact::Map {
         bail!("{} is a sonel map: make a response from it with sonel-render", path.display());
     }
@@ -60,7 +60,7 @@ pub fn response_with_room(path: &Path) -> anyhow::Result<sonel::Response> {
 ///
 /// # Errors
 /// When the file cannot be read or is no valid map.
-pub fn walked_map(path: &Path) -> anyhow::Result<WalkedMap> {
+pub(crate) fn walked_map(path: &Path) -> anyhow::Result<WalkedMap> {
     let (map, geometry) = checked_map(path)?;
     let survey = survey(&map, &geometry);
     Ok(WalkedMap { map, geometry, survey })
@@ -70,7 +70,7 @@ pub fn walked_map(path: &Path) -> anyhow::Result<WalkedMap> {
 ///
 /// # Errors
 /// When the file cannot be read or is no valid map.
-pub fn checked_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
+pub(crate) fn checked_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
     let named = || path.display().to_string();
     let (map, geometry) = map(path)?;
     map.check_surfaces(&geometry).with_context(named)?;
@@ -82,7 +82,7 @@ pub fn checked_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
 ///
 /// # Errors
 /// When the file cannot be read, is no valid map, a shard or of the paper's mode.
-pub fn changeable_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
+pub(crate) fn changeable_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
     let named = || path.display().to_string();
     let (map, geometry) = checked_map(path)?;
     map.require_whole().with_context(named)?;
@@ -99,7 +99,7 @@ pub fn changeable_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
 ///
 /// # Errors
 /// When the file cannot be read or is no map.
-pub fn map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
+pub(crate) fn map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
     let named = || path.display().to_string();
     let map = SonelMap::open(&file(path)?).with_context(named)?;
     let geometry = map.header().scene.geometry().with_context(named)?;
@@ -110,7 +110,7 @@ pub fn map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
 ///
 /// # Errors
 /// When the file cannot be read or is no WAV file.
-pub fn recording(path: &Path) -> anyhow::Result<Recording> {
+pub(crate) fn recording(path: &Path) -> anyhow::Result<Recording> {
     Recording::read(BufReader::new(file(path)?)).with_context(|| path.display().to_string())
 }
 

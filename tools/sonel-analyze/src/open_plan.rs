@@ -31,7 +31,7 @@ const WANTED: usize = 4;
 ///
 /// # Errors
 /// When a response is unusable or lacks a source or receiver that is named, or an output cannot be written.
-pub fn run(arguments: &OpenPlan, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub(crate) fn run(arguments: &OpenPlan, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let target = arguments.output.as_deref().map(Target::create).transpose()?;
     let mut offices: Vec<Office> = Vec::new();
     for path in &arguments.responses {

@@ -25,7 +25,7 @@ use crate::open;
 ///
 /// # Errors
 /// When the map is unusable, a goal or change does not fit it, or the output cannot be written.
-pub fn run(
+pub(crate) fn run(
     arguments: &OptimiseArguments,
     quiet: bool,
     out: &mut dyn Write,

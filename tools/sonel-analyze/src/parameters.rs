@@ -30,7 +30,7 @@ struct Read {
 ///
 /// # Errors
 /// When a response is unusable, several have nothing in common, or `out` cannot be written.
-pub fn run(
+pub(crate) fn run(
     arguments: &Parameters,
     quiet: bool,
     out: &mut dyn Write,

@@ -30,7 +30,7 @@ const USUAL: [What; 3] = [What::Echogram, What::Decay, What::Parameters];
 /// # Errors
 /// When a file is unusable, a response lacks the source, receiver or band asked for, or the output has another ending or cannot be
 /// written.
-pub fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub(crate) fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let target = Target::create(&arguments.output)?;
     let wanted =
         |what| if arguments.what.is_empty() { &USUAL[..] } else { &arguments.what[..] }.contains(&what);
@@ -70,14 +70,14 @@ pub fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outcome> {
 }
 
 /// A drawing to be written.
-pub struct Target {
+pub(crate) struct Target {
     output: Output,
     draw: fn(&Sheet, &mut dyn Write) -> Result<(), PlotError>,
 }
 
 impl Target {
     /// SVG or PNG, as the ending of `output` asks for.
-    pub fn create(output: &Path) -> anyhow::Result<Self> {
+    pub(crate) fn create(output: &Path) -> anyhow::Result<Self> {
         if has_ending(output, "svg") {
             return Ok(Self { output: Output::create(output, Kind::DRAWING, &[])?, draw: plot::svg });
         }
@@ -88,7 +88,7 @@ impl Target {
     }
 
     /// Draws `sheet` and puts the file in its place.
-    pub fn draw(self, sheet: &Sheet) -> anyhow::Result<()> {
+    pub(crate) fn draw(self, sheet: &Sheet) -> anyhow::Result<()> {
         let Self { output, draw } = self;
         output.write(|out| draw(sheet, out))
     }

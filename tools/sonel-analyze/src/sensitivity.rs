@@ -21,7 +21,11 @@ const WANTED: [Parameter; 4] =
 ///
 /// # Errors
 /// When the map is unusable, or a receiver is impossible.
-pub fn run(arguments: &SensitivityArguments, quiet: bool, out: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub(crate) fn run(
+    arguments: &SensitivityArguments,
+    quiet: bool,
+    out: &mut dyn Write,
+) -> anyhow::Result<Outcome> {
     let (mut map, geometry) = open::checked_map(&arguments.map)?;
     let scene = map.header().scene.clone();
     let receivers =

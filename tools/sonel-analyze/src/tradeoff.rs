@@ -36,7 +36,7 @@ const RADII: [f64; 4] = [0.03, 0.015, 0.06, 0.12];
 ///
 /// # Errors
 /// When the scene or an option is unusable, or a file cannot be written.
-pub fn run(
+pub(crate) fn run(
     arguments: &Tradeoff,
     quiet: bool,
     out: &mut dyn Write,

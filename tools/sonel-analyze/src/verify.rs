@@ -18,7 +18,7 @@ const SAMPLING_SIGMAS: f64 = 4.0;
 ///
 /// # Errors
 /// When the file cannot be read, is no map or is damaged, or `out` cannot be written.
-pub fn run(arguments: &Verify, out: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub(crate) fn run(arguments: &Verify, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let WalkedMap { map, survey, .. } = open::walked_map(&arguments.map)?;
     let (stored, scene) = (map.ledger(), &map.header().scene);
     writeln!(

@@ -9,7 +9,7 @@ use sonel::ReceiverPoint;
 use sonel_console::input;
 
 /// The receivers in a CSV file, or in a TOML file of `[[receivers]]`.
-pub fn read_file(path: &Path) -> anyhow::Result<Vec<ReceiverPoint>> {
+pub(crate) fn read_file(path: &Path) -> anyhow::Result<Vec<ReceiverPoint>> {
     let label = path.display().to_string();
     let text = input::read_to_string(path).with_context(|| format!("cannot read the receivers {label}"))?;
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
@@ -33,7 +33,7 @@ fn receivers(text: &str, label: &str) -> anyhow::Result<Vec<ReceiverPoint>> {
 }
 
 /// What `read` makes of each row of a CSV file below its `header`. A row that it makes nothing of is not what is `right`.
-pub fn read_csv<T>(
+pub(crate) fn read_csv<T>(
     text: &str,
     label: &str,
     header: [&str; 4],

@@ -50,7 +50,7 @@ impl SoundArguments {
 }
 
 /// What is written for each pair of source and receiver.
-pub struct Heard {
+pub(crate) struct Heard {
     /// Order of ambisonics.
     ambix: Option<u32>,
     /// Ears.
@@ -64,7 +64,7 @@ impl Heard {
     ///
     /// # Errors
     /// When the HRTF or the array cannot be read.
-    pub fn of(arguments: &SoundArguments) -> anyhow::Result<Self> {
+    pub(crate) fn of(arguments: &SoundArguments) -> anyhow::Result<Self> {
         let head = |path: &PathBuf| -> anyhow::Result<Head> {
             let bytes = input::read(path).with_context(|| format!("cannot read {}", path.display()))?;
             Head::read(&bytes, arguments.wav_rate).with_context(|| path.display().to_string())
@@ -80,7 +80,7 @@ impl Heard {
     }
 
     /// What the names of files end with, and their channels; the single channel first.
-    pub fn channels(&self) -> Vec<(String, Channels<'_>)> {
+    pub(crate) fn channels(&self) -> Vec<(String, Channels<'_>)> {
         let ambix = self.ambix.map(|order| (format!("_ambix{order}"), Channels::Ambisonics(order)));
         let ears = self.head.as_ref().map(|head| ("_binaural".to_owned(), Channels::Ears(head)));
         let array = self.array.as_ref().map(|array| ("_array".to_owned(), Channels::Array(array)));
@@ -106,7 +106,7 @@ pub struct SoundFiles<'a> {
 const LONGEST: usize = 40;
 
 /// Names with their numbers from 1, which tell them apart where characters that file names cannot hold are replaced.
-pub fn numbered<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> Vec<String> {
+pub(crate) fn numbered<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> Vec<String> {
     let digits = names.len().to_string().len();
     let plain = |name: &str| -> String {
         let allowed = |c: char| if c.is_alphanumeric() || " .-".contains(c) { c } else { '_' };

@@ -16,7 +16,7 @@ use crate::receivers::read_csv;
 use crate::sound::{Heard, numbered};
 
 /// A path with what is heard along it.
-pub struct Walk<'a> {
+pub(crate) struct Walk<'a> {
     path: Path,
     spacing: f64,
     folder: &'a File,
@@ -30,7 +30,7 @@ pub struct Walk<'a> {
 
 impl<'a> Walk<'a> {
     /// The walk that is asked for, if any.
-    pub fn of(arguments: &'a Arguments, scene: &Scene) -> anyhow::Result<Option<Self>> {
+    pub(crate) fn of(arguments: &'a Arguments, scene: &Scene) -> anyhow::Result<Option<Self>> {
         let (Some(file), Some(recording), Some(folder)) =
             (&arguments.path, &arguments.recording, &arguments.sound.wav)
         else {
@@ -55,12 +55,12 @@ impl<'a> Walk<'a> {
     }
 
     /// The places that are rendered, named by the length of the path up to them.
-    pub fn receivers(&self) -> Vec<ReceiverPoint> {
+    pub(crate) fn receivers(&self) -> Vec<ReceiverPoint> {
         sonel::places(&self.path, self.spacing)
     }
 
     /// Checks that the folder may be made or used, and that no file in it is lost.
-    pub fn check(&self) -> anyhow::Result<()> {
+    pub(crate) fn check(&self) -> anyhow::Result<()> {
         make_folder(self.folder)?;
         for (end, _) in self.heard.channels() {
             let mut paths = self.sources.iter().map(|source| self.file(source, &end));
@@ -70,7 +70,7 @@ impl<'a> Walk<'a> {
     }
 
     /// How many sources are heard.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.sources.len()
     }
 
@@ -79,7 +79,7 @@ impl<'a> Walk<'a> {
     }
 
     /// Completes the files of all sources.
-    pub fn complete(&self, response: &Response, seed: Option<u64>) -> anyhow::Result<Vec<Complete>> {
+    pub(crate) fn complete(&self, response: &Response, seed: Option<u64>) -> anyhow::Result<Vec<Complete>> {
         let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz, is_matched: false };
         let mut complete = Vec::new();
         for (end, channels) in self.heard.channels() {

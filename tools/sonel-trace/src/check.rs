@@ -23,7 +23,7 @@ use sonel_scene::folded;
 #[command(
     after_help = "Examples:\n  sonel-trace check scenes/hall/scene.toml\n  sonel-trace check scene.toml --fix repaired.obj"
 )]
-pub struct Checked {
+pub(crate) struct Checked {
     /// The scene file.
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
@@ -45,7 +45,7 @@ pub struct Checked {
 ///
 /// # Errors
 /// When the scene file cannot be read or is no TOML.
-pub fn run(checked: &Checked, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
+pub(crate) fn run(checked: &Checked, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
     let follower = Follower::new(checked.common.quiet, log);
     let (checkup, files) = follower.result(check_file(&checked.scene, &follower))?;
     drop(follower);

@@ -20,7 +20,7 @@ const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 80
 #[command(
     after_help = "Examples:\n  sonel-trace materials carpet felt\n  sonel-trace materials --file Material.Li8 concrete"
 )]
-pub struct Words {
+pub(crate) struct Words {
     /// Words that must all occur [default: all materials are printed].
     #[arg(value_name = "WORD")]
     words: Vec<String>,
@@ -35,7 +35,7 @@ pub struct Words {
 ///
 /// # Errors
 /// When a file cannot be read.
-pub fn run(words: &Words, out: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub(crate) fn run(words: &Words, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let mut entries = Vec::new();
     for path in &words.file {
         let name = path.display().to_string();

@@ -20,7 +20,7 @@ use sonel_scene::{Draft, DraftOptions, Purpose, SceneErrors, shell_word};
 #[command(
     after_help = "Examples:\n  sonel-trace new --shoebox 9,7,3 --purpose classroom -o classroom.toml\n  sonel-trace new hall.glb -o scene.toml"
 )]
-pub struct New {
+pub(crate) struct New {
     /// The mesh: OBJ, glTF, STL, PLY or DXF; none with --shoebox.
     #[arg(value_name = "MESH")]
     mesh: Option<PathBuf>,
@@ -52,7 +52,7 @@ fn parse_lengths(text: &str) -> Result<[f64; 3], String> {
 ///
 /// # Errors
 /// When the mesh cannot be read, its unit is not clear, it has no free place for a source, or the output cannot be written.
-pub fn run(new: &New, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub(crate) fn run(new: &New, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let output = Output::create(&new.output, Kind::SCENE, &[])?;
     let options = DraftOptions {
         purpose: new.purpose.as_deref().and_then(|purpose| purpose.parse().ok()),

@@ -12,7 +12,7 @@ use sonel_console::spelled;
 use crate::page::Subject;
 
 /// What was given.
-pub struct Files {
+pub(crate) struct Files {
     /// The scene file.
     pub scene: Option<PathBuf>,
     /// The map and its file.
@@ -26,7 +26,7 @@ impl Files {
     ///
     /// # Errors
     /// When one cannot be read or is damaged; two scenes or maps, or both.
-    pub fn open(files: &[PathBuf]) -> anyhow::Result<Self> {
+    pub(crate) fn open(files: &[PathBuf]) -> anyhow::Result<Self> {
         let mut opened = Self { scene: None, map: None, responses: Vec::new() };
         for path in files {
             match artifact::kind(path)? {
@@ -70,7 +70,7 @@ impl Files {
     ///
     /// # Errors
     /// When the scene is invalid, or the first response is of another scene than the map.
-    pub fn rendered(
+    pub(crate) fn rendered(
         self,
         packets: Option<u64>,
         heard: &HeardArguments,

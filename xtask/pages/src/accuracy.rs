@@ -34,7 +34,7 @@ const GRIDS: [(&str, &str, [&str; 4]); 3] = [
 
 /// Runs all sweeps, about twenty minutes on a quiet machine, unless older runs are to be drawn again; then writes what the page
 /// shows.
-pub fn run(redraw: bool) -> Result<()> {
+pub(crate) fn run(redraw: bool) -> Result<()> {
     std::fs::create_dir_all(workspace::root().join(FOLDER))?;
     let mut rows = String::new();
     for (what, varied) in [("estimators", &ESTIMATORS[..]), ("survival", &SURVIVALS)] {

@@ -36,7 +36,7 @@ struct Condition {
 }
 
 /// Runs the experiment, unless an older run is to be drawn again, and rewrites docs/paper.
-pub fn run(redraw: bool) -> Result<()> {
+pub(crate) fn run(redraw: bool) -> Result<()> {
     if !redraw {
         CONDITIONS.into_iter().try_for_each(conduct)?;
     }

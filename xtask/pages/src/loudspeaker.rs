@@ -32,7 +32,7 @@ const STEPS: [usize; 2] = [15, 5];
 const LOWEST: f64 = -60.0;
 
 /// Rewrites the table.
-pub fn run() -> Result<()> {
+pub(crate) fn run() -> Result<()> {
     write(FILE, table())
 }
 

@@ -38,7 +38,7 @@ const KEYWORDS: [(&str, &[&str]); 2] = [
 ];
 
 /// Writes the tables and keywords.
-pub fn run() -> Result<()> {
+pub(crate) fn run() -> Result<()> {
     workspace::write(PAGE, page(&workspace::read(PAGE)?)?)?;
     workspace::write(PYTHON, python(&workspace::read(PYTHON)?)?)
 }

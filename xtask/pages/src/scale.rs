@@ -21,7 +21,7 @@ const PARTS: u32 = 2;
 type Cost = [f64; 3];
 
 /// Runs the jobs one after the other.
-pub fn run() -> Result<()> {
+pub(crate) fn run() -> Result<()> {
     fs::create_dir_all(workspace::root().join(FOLDER))?;
     let programs = workspace::programs(Profile::Release)?;
     let [decision, map, response] =

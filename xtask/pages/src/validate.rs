@@ -42,7 +42,7 @@ const SITES: [Site; 5] = [
 
 /// Traces all rooms of `folder` in every way and writes CSV file, summary and drawings; `only` names one room, whose part of the CSV
 /// file is then printed.
-pub fn run(folder: &Path, only: Option<&str>) -> Result<()> {
+pub(crate) fn run(folder: &Path, only: Option<&str>) -> Result<()> {
     let sites: Vec<Site> =
         SITES.into_iter().filter(|(name, _)| only.is_none_or(|only| only == *name)).collect();
     ensure!(

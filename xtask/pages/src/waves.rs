@@ -38,7 +38,7 @@ type Columns = Vec<Vec<Row>>;
 
 /// Solves all rooms, traces them in every way, and writes CSV file and summary; `only` names one room, whose part of the CSV file
 /// is then printed.
-pub fn run(only: Option<&str>) -> Result<()> {
+pub(crate) fn run(only: Option<&str>) -> Result<()> {
     let mut table = tables::CSV_HEAD.to_owned();
     let mut boxes = Vec::new();
     for room in rooms::all()?.iter().filter(|room| only.is_none_or(|only| only == room.name)) {

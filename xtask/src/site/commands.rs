@@ -27,7 +27,7 @@ const HALL: &str = "sonel-trace new hall.obj -o hall.toml\nsonel-trace hall.toml
                     sonel-render hall.sonelmap -o felt.npz --set materials.walls.absorption=0.3\n";
 
 /// Runs all pages; returns how many commands.
-pub fn run() -> Result<usize> {
+pub(super) fn run() -> Result<usize> {
     let programs = workspace::programs(Profile::Release)?;
     let root = workspace::root();
     let mut pages = vec![TUTORIAL.to_owned()];

@@ -13,7 +13,7 @@ type Module = Vec<String>;
 type Imports = BTreeMap<Module, BTreeSet<Module>>;
 
 /// Sibling modules that import each other, directly or over others.
-pub fn circles(tree: &Tree) -> Vec<Finding> {
+pub(super) fn circles(tree: &Tree) -> Vec<Finding> {
     let mut crates = BTreeMap::<&str, Vec<(Module, &SourceFile)>>::new();
     for file in tree.files.iter().filter(|file| file.is_rust()) {
         let Some((root, inside)) = file.path.split_once("/src/") else { continue };

@@ -92,7 +92,7 @@ const HOMES: [(&str, &[&str]); 45] = [
 ];
 
 /// Arrows that point up or sideways, and shipped code that depends on the test kit.
-pub fn arrows(tree: &Tree) -> Vec<Finding> {
+pub(super) fn arrows(tree: &Tree) -> Vec<Finding> {
     each_dependency(tree, |manifest, package| {
         let own = manifest.path.strip_prefix("crates/")?.split('/').next()?;
         let (from, to) = (layer(own), layer(package)?);
@@ -104,7 +104,7 @@ pub fn arrows(tree: &Tree) -> Vec<Finding> {
 }
 
 /// Foreign packages away from home.
-pub fn homes(tree: &Tree) -> Vec<Finding> {
+pub(super) fn homes(tree: &Tree) -> Vec<Finding> {
     each_dependency(tree, |manifest, package| {
         let for_tests = ["tests/", "fuzz/"].iter().any(|folder| manifest.path.starts_with(folder));
         let is_own = ["xtask", "sonel"].contains(&package) || package.starts_with("sonel-");

@@ -3,7 +3,7 @@
 use super::tree::{Finding, Tree};
 
 /// Markdown links and mentions of `docs/….md` that lead nowhere.
-pub fn targets(tree: &Tree) -> Vec<Finding> {
+pub(crate) fn targets(tree: &Tree) -> Vec<Finding> {
     let mut findings = Vec::new();
     for file in tree.files.iter().filter(|f| f.is_markdown() || f.is_rust() && f.path != OWN_SAMPLES) {
         for (number, line) in file.text.lines().enumerate() {
@@ -22,7 +22,7 @@ pub fn targets(tree: &Tree) -> Vec<Finding> {
 const OWN_SAMPLES: &str = "xtask/src/tidy/links.rs";
 
 /// Targets of `[text](target)` in this repository, without anchors.
-pub fn links(line: &str) -> Vec<&str> {
+pub(crate) fn links(line: &str) -> Vec<&str> {
     let targets = line.split("](").skip(1).filter_map(|rest| rest.split_once(')').map(|(target, _)| target));
     targets
         .map(|target| target.split('#').next().unwrap_or_default())
@@ -41,7 +41,7 @@ fn mentions(line: &str) -> impl Iterator<Item = &str> {
 }
 
 /// `link` as seen from the page `from`, as a path from the root.
-pub fn resolve(from: &str, link: &str) -> String {
+pub(crate) fn resolve(from: &str, link: &str) -> String {
     let mut parts: Vec<&str> = from.split('/').collect();
     parts.pop();
     for part in link.trim_end_matches('/').split('/') {

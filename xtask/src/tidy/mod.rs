@@ -4,7 +4,7 @@
 
 mod circles;
 mod layering;
-pub mod links;
+pub(crate) mod links;
 mod modules;
 mod paths;
 mod purity;
@@ -32,7 +32,7 @@ const RULES: [(&str, Rule); 10] = [
 ];
 
 /// Prints every finding; an error if there is any.
-pub fn run() -> Result<()> {
+pub(crate) fn run() -> Result<()> {
     let tree = Tree::read()?;
     let mut count = 0;
     for (title, rule) in RULES {

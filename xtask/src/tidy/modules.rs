@@ -10,7 +10,7 @@ const EMPTY_NAMES: [&str; 9] =
     ["common", "core", "data", "helper", "helpers", "info", "manager", "util", "utils"];
 
 /// Files that are too long, and files that do not open by saying what they are about.
-pub fn shape(tree: &Tree) -> Vec<Finding> {
+pub(super) fn shape(tree: &Tree) -> Vec<Finding> {
     let mut findings = Vec::new();
     for file in tree.files.iter().filter(|f| f.is_rust()) {
         let lines = file.text.lines().count();
@@ -25,7 +25,7 @@ pub fn shape(tree: &Tree) -> Vec<Finding> {
 }
 
 /// Files, folders and inline modules with names that say nothing.
-pub fn names(tree: &Tree) -> Vec<Finding> {
+pub(super) fn names(tree: &Tree) -> Vec<Finding> {
     let mut findings = Vec::new();
     for file in tree.files.iter().filter(|f| f.is_rust()) {
         for part in file.path.trim_end_matches(".rs").split('/').filter(|part| says_nothing(part)) {

@@ -6,7 +6,7 @@ use super::tree::{Finding, Tree};
 const ROOTS: [&str; 8] = ["Users", "home", "mnt", "opt", "root", "tmp", "var", "work"];
 
 /// Absolute paths in text files.
-pub fn absolute(tree: &Tree) -> Vec<Finding> {
+pub(super) fn absolute(tree: &Tree) -> Vec<Finding> {
     let mut findings = Vec::new();
     for file in &tree.files {
         for (number, line) in file.text.lines().enumerate() {

@@ -67,7 +67,7 @@ const OF_THE_FACE: [&str; 5] = ["File::open", "File::create", "OpenOptions::new"
 const FACE: &str = "crates/sonel/";
 
 /// Libraries that reach out of their arguments.
-pub fn outside_world(tree: &Tree) -> Vec<Finding> {
+pub(super) fn outside_world(tree: &Tree) -> Vec<Finding> {
     search(
         tree,
         |path, name| !(path.starts_with(FACE) && OF_THE_FACE.contains(&name)),
@@ -77,7 +77,7 @@ pub fn outside_world(tree: &Tree) -> Vec<Finding> {
 }
 
 /// Elementary functions that are not `libm`'s.
-pub fn elementary_functions(tree: &Tree) -> Vec<Finding> {
+pub(super) fn elementary_functions(tree: &Tree) -> Vec<Finding> {
     search(
         tree,
         |_, _| true,

@@ -5,7 +5,7 @@ use super::tree::{Finding, Tree};
 const LIST: &str = "docs/references.md";
 
 /// Keys cited anywhere but not listed.
-pub fn citations(tree: &Tree) -> Vec<Finding> {
+pub(super) fn citations(tree: &Tree) -> Vec<Finding> {
     let listed: Vec<_> =
         tree.files.iter().filter(|f| f.path == LIST).flat_map(|f| listed_keys(&f.text)).collect();
     let mut findings = Vec::new();

@@ -4,7 +4,7 @@
 //! scanner, not a parser: it knows literals, comments and braces, which is enough to find calls by name.
 
 /// `text` with comments, strings and characters blanked.
-pub fn without_literals(text: &str) -> String {
+pub(super) fn without_literals(text: &str) -> String {
     let source: Vec<char> = text.chars().collect();
     let mut out = String::with_capacity(text.len());
     let mut at = 0;
@@ -22,7 +22,7 @@ pub fn without_literals(text: &str) -> String {
 }
 
 /// `text` without literals and without modules and items under `#[cfg(test)]`.
-pub fn shipped(text: &str) -> String {
+pub(super) fn shipped(text: &str) -> String {
     let mut code = without_literals(text);
     while let Some(start) = code.find("#[cfg(test)]") {
         let end = item_end(&code, start + "#[cfg(test)]".len());

@@ -8,23 +8,23 @@ use anyhow::{Context, Result, ensure};
 use xtask::workspace;
 
 /// One text file.
-pub struct SourceFile {
+pub(crate) struct SourceFile {
     /// Path from the root, with slashes.
     pub path: String,
     pub text: String,
 }
 
 impl SourceFile {
-    pub fn is_rust(&self) -> bool {
+    pub(crate) fn is_rust(&self) -> bool {
         self.path.ends_with(".rs")
     }
 
-    pub fn is_markdown(&self) -> bool {
+    pub(crate) fn is_markdown(&self) -> bool {
         self.path.ends_with(".md")
     }
 
     /// Rust that ships in a library: `crates/*/src`, without the crate that only tests use.
-    pub fn is_library(&self) -> bool {
+    pub(crate) fn is_library(&self) -> bool {
         self.is_rust()
             && self.path.starts_with("crates/")
             && self.path.contains("/src/")
@@ -32,14 +32,14 @@ impl SourceFile {
     }
 
     /// A finding in this file; `line` counts from 1.
-    pub fn finding(&self, line: usize, message: impl Into<String>) -> Finding {
+    pub(crate) fn finding(&self, line: usize, message: impl Into<String>) -> Finding {
         Finding { path: self.path.clone(), line, message: message.into() }
     }
 }
 
 /// All files that are or would be under version control.
 #[derive(Default)]
-pub struct Tree {
+pub(crate) struct Tree {
     pub files: Vec<SourceFile>,
     /// Paths of all files, also those that are no text.
     pub paths: Vec<String>,
@@ -47,7 +47,7 @@ pub struct Tree {
 
 impl Tree {
     /// The working tree: tracked and new files, without what git ignores.
-    pub fn read() -> Result<Self> {
+    pub(crate) fn read() -> Result<Self> {
         let arguments = ["ls-files", "-z", "--cached", "--others", "--exclude-standard"];
         let listing = workspace::command("git", &arguments).output().context("cannot run git")?;
         ensure!(listing.status.success(), "git ls-files: {}", String::from_utf8_lossy(&listing.stderr));
@@ -65,13 +65,13 @@ impl Tree {
     }
 
     /// Whether `path` is a file or a folder of the tree.
-    pub fn contains(&self, path: &str) -> bool {
+    pub(crate) fn contains(&self, path: &str) -> bool {
         let folder = format!("{path}/");
         self.paths.iter().any(|p| p == path || p.starts_with(&folder))
     }
 
     #[cfg(test)]
-    pub fn of(files: &[(&str, &str)]) -> Self {
+    pub(crate) fn of(files: &[(&str, &str)]) -> Self {
         Self {
             paths: files.iter().map(|(path, _)| (*path).to_owned()).collect(),
             files: files
@@ -84,7 +84,7 @@ impl Tree {
 
 /// A violation of a rule.
 #[derive(Debug)]
-pub struct Finding {
+pub(crate) struct Finding {
     pub path: String,
     pub line: usize,
     pub message: String,

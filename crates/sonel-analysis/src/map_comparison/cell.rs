@@ -8,7 +8,7 @@ use crate::estimate::StandardError;
 
 /// Values of both maps in one cell.
 #[derive(Debug, Clone, Default)]
-pub struct Cell {
+pub(super) struct Cell {
     /// Incident energy in A and in B over their batches.
     pub sides: [Moments; 2],
     /// B − A batch by batch, where both have the same random numbers.
@@ -24,7 +24,7 @@ pub struct Cell {
 impl Cell {
     /// Effective number of arrivals in either map, by Kish's sample size [Kish1965]: where packets of both weigh `alike`,
     /// what is expected of maps of one scene, shared out by packets; else what each has.
-    pub fn arrivals(&self, alike: bool) -> [f64; 2] {
+    pub(super) fn arrivals(&self, alike: bool) -> [f64; 2] {
         let effective =
             |arrived: f64, squared: f64| if squared > 0.0 { arrived * arrived / squared } else { 0.0 };
         if !alike {
@@ -35,7 +35,7 @@ impl Cell {
     }
 
     /// Standard error of B − A.
-    pub fn error(&self) -> Option<StandardError> {
+    pub(super) fn error(&self) -> Option<StandardError> {
         if let Some(paired) = &self.paired {
             return paired.error();
         }
@@ -43,7 +43,7 @@ impl Cell {
     }
 
     /// B over A and its standard error [dB], by the first order of the logarithm.
-    pub fn level(&self, joint: StandardError) -> Option<(f64, f64)> {
+    pub(super) fn level(&self, joint: StandardError) -> Option<(f64, f64)> {
         let [a, b] = self.sides.each_ref().map(Moments::mean);
         if a <= 0.0 || b <= 0.0 {
             return None;

@@ -6,7 +6,7 @@ use sonel_map::{BandClasses, SonelMap, Spectral};
 use super::{Incomparable, Place, Traced};
 
 /// Places where energy arrives, and to which of them every surface of either map contributes.
-pub struct Places {
+pub(super) struct Places {
     /// The room first, then materials, then surfaces.
     pub list: Vec<Place>,
     /// Per surface of A and of B.
@@ -14,11 +14,11 @@ pub struct Places {
 }
 
 /// The places that a surface contributes to: the room, its material, itself; the latter two only with a counterpart.
-pub type PlacesOf = [Option<u32>; 3];
+pub(super) type PlacesOf = [Option<u32>; 3];
 
 impl Places {
     /// Pairs the surfaces and materials of `a` and `b`.
-    pub fn new(a: &Traced<'_>, b: &Traced<'_>) -> Self {
+    pub(super) fn new(a: &Traced<'_>, b: &Traced<'_>) -> Self {
         let mut places = Self {
             list: vec![Place::Room],
             of: [a, b].map(|side| vec![[Some(0), None, None]; side.geometry.surfaces().len()]),
@@ -87,7 +87,7 @@ fn counterparts(a: &Geometry, b: &Geometry) -> Vec<Option<usize>> {
 }
 
 /// Bands that both maps have and that nothing tells apart in either: they are compared once.
-pub struct BandGroup {
+pub(super) struct BandGroup {
     /// Nominal centres [Hz].
     pub center_frequencies_hz: Vec<f64>,
     /// Index of the first of them in A and in B.
@@ -95,7 +95,7 @@ pub struct BandGroup {
 }
 
 /// The bands that `a` and `b` have in common.
-pub fn band_groups(a: &SonelMap, b: &SonelMap) -> Vec<BandGroup> {
+pub(super) fn band_groups(a: &SonelMap, b: &SonelMap) -> Vec<BandGroup> {
     let (classes_a, classes_b) = (classes(a), classes(b));
     let mut groups: Vec<BandGroup> = Vec::new();
     for (in_a, &center) in a.header().scene.bands.nominal().iter().enumerate() {
@@ -121,7 +121,7 @@ fn classes(map: &SonelMap) -> BandClasses {
 }
 
 /// Numbers of the sources that have a namesake, in A and in B.
-pub fn common_sources(a: &Traced<'_>, b: &Traced<'_>) -> Result<Vec<[u32; 2]>, Incomparable> {
+pub(super) fn common_sources(a: &Traced<'_>, b: &Traced<'_>) -> Result<Vec<[u32; 2]>, Incomparable> {
     let (ours, theirs) = (&a.map.header().scene.sources, &b.map.header().scene.sources);
     let common: Vec<[u32; 2]> = ours
         .iter()
@@ -143,7 +143,7 @@ fn source_names(side: &Traced<'_>) -> String {
 }
 
 /// Parts that could not be compared, a sentence each.
-pub fn unmatched(a: &Traced<'_>, b: &Traced<'_>, places: &Places) -> Vec<String> {
+pub(super) fn unmatched(a: &Traced<'_>, b: &Traced<'_>, places: &Places) -> Vec<String> {
     let mut sentences = Vec::new();
     for (map, of, [side, other]) in [("A", &places.of[0], [a, b]), ("B", &places.of[1], [b, a])] {
         let alone = of.iter().filter(|places| places[2].is_none()).count();

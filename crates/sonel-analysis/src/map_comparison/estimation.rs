@@ -15,7 +15,7 @@ const BATCHES_PER_WALK: u32 = 8;
 const BATCHES_IN_FLIGHT: u32 = 32;
 
 /// Everything common to the sources.
-pub struct Frame<'a> {
+pub(super) struct Frame<'a> {
     /// A and B.
     pub readings: [Reading<'a>; 2],
     /// Relation of their noise.
@@ -32,7 +32,7 @@ pub struct Frame<'a> {
 
 impl Frame<'_> {
     /// The cells of one source, numbered as in A and as in B: `[place][window][band]`.
-    pub fn cells(&self, sources: [u32; 2]) -> Result<Vec<Cell>, Incomparable> {
+    pub(super) fn cells(&self, sources: [u32; 2]) -> Result<Vec<Cell>, Incomparable> {
         let observers = [0, 1].map(|side| self.observer(side, sources[side]));
         let shares = [batch_shares(&observers[0], 'A')?, batch_shares(&observers[1], 'B')?];
         // A source with another number has other random numbers.

@@ -8,7 +8,7 @@ use super::counterparts::PlacesOf;
 use crate::reading::Reading;
 
 /// One source of one map, and how its arrivals are sorted.
-pub struct Observer<'a> {
+pub(super) struct Observer<'a> {
     /// The map.
     pub reading: &'a Reading<'a>,
     /// Index of the source.
@@ -25,21 +25,21 @@ pub struct Observer<'a> {
 
 /// Of the packets of one batch: incident energy per unit energy that the batch emits [1], arrivals in units of one packet's energy [1]
 /// and their squares [1]; in cells `[place][window][column]`, or by surface instead of place.
-pub type Incidence = Vec<[f64; 3]>;
+pub(super) type Incidence = Vec<[f64; 3]>;
 
 impl Observer<'_> {
     /// Number of cells.
-    pub fn cells(&self) -> usize {
+    pub(super) fn cells(&self) -> usize {
         self.places * self.window_ends.len() * self.columns.len()
     }
 
     /// Part of the energy of `batch` that the emissions held by the map carry, per column: 1 for a whole map.
-    pub fn held_part(&self, batch: u32) -> Vec<f64> {
+    pub(super) fn held_part(&self, batch: u32) -> Vec<f64> {
         self.over_leads(batch, |start| &start.expected)
     }
 
     /// Packets held by the map that carry each column.
-    pub fn packets(&self, batch: u32) -> Vec<f64> {
+    pub(super) fn packets(&self, batch: u32) -> Vec<f64> {
         self.over_leads(batch, |start| &start.carried)
     }
 
@@ -67,7 +67,7 @@ impl Observer<'_> {
     }
 
     /// Walks the paths of `batches` in the order in which they are stored.
-    pub fn walk(&self, batches: Range<u32>) -> Vec<Incidence> {
+    pub(super) fn walk(&self, batches: Range<u32>) -> Vec<Incidence> {
         let cells = self.places_of.len() * self.window_ends.len() * self.columns.len();
         let mut tallies = vec![vec![[0.0; 3]; cells]; batches.len()];
         let mut weight = PathWeight::of(&self.reading.table);

@@ -10,7 +10,7 @@ use crate::estimate::StandardError;
 
 /// Running sums over the batches of weight above zero.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Moments {
+pub(super) struct Moments {
     batches: u32,
     mean: f64,
     first: f64,
@@ -21,7 +21,7 @@ pub struct Moments {
 
 impl Moments {
     /// Adds a batch of weight 0 < `weight` < 1 whose estimate is `value`.
-    pub fn add(&mut self, weight: f64, value: f64) {
+    pub(super) fn add(&mut self, weight: f64, value: f64) {
         if self.batches == 0 {
             self.first = value;
         }
@@ -34,12 +34,12 @@ impl Moments {
     }
 
     /// Weighted mean.
-    pub fn mean(&self) -> f64 {
+    pub(super) fn mean(&self) -> f64 {
         self.mean
     }
 
     /// Standard error of the mean; none of fewer than two batches.
-    pub fn error(&self) -> Option<StandardError> {
+    pub(super) fn error(&self) -> Option<StandardError> {
         let freedom = self.batches.checked_sub(1).filter(|&freedom| freedom > 0)?;
         let shift = self.mean - self.first;
         let sum = self.squared - 2.0 * shift * self.deviation + shift * shift * self.shares;

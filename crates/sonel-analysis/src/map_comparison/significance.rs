@@ -13,7 +13,7 @@ use crate::student;
 const KINDS: f64 = 3.0;
 
 /// Tests the cells of one kind, given by source as `[place][window][band]`.
-pub fn test_cells(kind: Kind, frame: &Frame<'_>, sources: &[(String, Vec<Cell>)]) -> Tier {
+pub(super) fn test_cells(kind: Kind, frame: &Frame<'_>, sources: &[(String, Vec<Cell>)]) -> Tier {
     let mut dense = Vec::new();
     let (mut sparse, mut sparse_energy) = (0, 0.0_f64);
     let per_place = frame.window_ends.len() * frame.bands.len();

@@ -43,7 +43,7 @@ pub(super) struct Certainty {
 
 impl Certainty {
     /// In terms of the `materials` of `unknowns`.
-    pub fn identifiability(&self, materials: &[usize], unknowns: &[Unknown]) -> Identifiability {
+    pub(super) fn identifiability(&self, materials: &[usize], unknowns: &[Unknown]) -> Identifiability {
         match self.left {
             [_, alone] if alone > LEFT => Identifiability::Insensitive,
             [together, _] if together > LEFT => {

@@ -62,7 +62,7 @@ const MARGIN: f64 = 0.05;
 
 /// An axis with its range settled, in the coordinate it is drawn on: the value or its decadic logarithm.
 #[derive(Debug, Clone)]
-pub struct Ruler {
+pub(crate) struct Ruler {
     scale: Scale,
     /// First coordinate.
     pub low: f64,
@@ -76,7 +76,7 @@ pub struct Ruler {
 
 impl Ruler {
     /// For `axis` and all its `values`.
-    pub fn new(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
+    pub(crate) fn new(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
         let coordinate = |value| coordinate(axis.scale, value);
         let (mut low, mut high) = match axis.range {
             Some([low, high]) => (coordinate(low).unwrap_or(0.0), coordinate(high).unwrap_or(1.0)),
@@ -101,29 +101,29 @@ impl Ruler {
     }
 
     /// Where `value` is drawn, also beyond the range; none where the axis cannot show it.
-    pub fn coordinate(&self, value: f64) -> Option<f64> {
+    pub(crate) fn coordinate(&self, value: f64) -> Option<f64> {
         coordinate(self.scale, value)
     }
 
     /// Where `value` is drawn, or the end of the axis that lies nearest to it.
-    pub fn clamped(&self, value: f64) -> f64 {
+    pub(crate) fn clamped(&self, value: f64) -> f64 {
         let beyond = if value > 0.0 { self.high } else { self.low };
         self.coordinate(value).unwrap_or(beyond).clamp(self.low, self.high)
     }
 
     /// Whether `coordinate` lies on the axis.
-    pub fn shows(&self, coordinate: f64) -> bool {
+    pub(crate) fn shows(&self, coordinate: f64) -> bool {
         let slack = ROUNDING * (self.high - self.low);
         (self.low - slack..=self.high + slack).contains(&coordinate)
     }
 
     /// A value between the ticks of a linear axis, with one decimal more than they have.
-    pub fn fine_label(&self, value: f64) -> String {
+    pub(crate) fn fine_label(&self, value: f64) -> String {
         label(value, 0.1 * self.step)
     }
 
     /// The label of the tick at `coordinate`.
-    pub fn label(&self, coordinate: f64) -> String {
+    pub(crate) fn label(&self, coordinate: f64) -> String {
         let value = match self.scale {
             Scale::Linear => coordinate,
             Scale::Logarithmic => libm::exp10(coordinate),

@@ -4,7 +4,7 @@ use glam::Vec3;
 use sonel_geometry::Geometry;
 
 /// The nearest triangle in front of the origin.
-pub fn closest(geometry: &Geometry, origin: Vec3, direction: Vec3) -> Option<u32> {
+pub(crate) fn closest(geometry: &Geometry, origin: Vec3, direction: Vec3) -> Option<u32> {
     let mesh = geometry.mesh();
     let hits = mesh.triangles.iter().enumerate().filter_map(|(index, triangle)| {
         let corners = triangle.corners.map(|corner| geometry.to_local(mesh.vertices[corner as usize]));

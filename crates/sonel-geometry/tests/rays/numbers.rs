@@ -3,7 +3,7 @@
 
 use glam::{DVec3, Vec3, dvec3};
 
-pub struct Numbers(pub u64);
+pub(crate) struct Numbers(pub u64);
 
 impl Numbers {
     fn bits(&mut self) -> u64 {
@@ -15,21 +15,21 @@ impl Numbers {
     }
 
     /// Uniform in [0, 1).
-    pub fn unit(&mut self) -> f64 {
+    pub(crate) fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    pub fn below(&mut self, count: usize) -> usize {
+    pub(crate) fn below(&mut self, count: usize) -> usize {
         (self.unit() * count as f64) as usize
     }
 
     /// Uniform in a box.
-    pub fn within(&mut self, low: DVec3, high: DVec3) -> DVec3 {
+    pub(crate) fn within(&mut self, low: DVec3, high: DVec3) -> DVec3 {
         low + (high - low) * dvec3(self.unit(), self.unit(), self.unit())
     }
 
     /// Uniform on the unit sphere.
-    pub fn direction(&mut self) -> DVec3 {
+    pub(crate) fn direction(&mut self) -> DVec3 {
         loop {
             let point = self.within(DVec3::NEG_ONE, DVec3::ONE);
             if (1e-3..=1.0).contains(&point.length_squared()) {
@@ -39,7 +39,7 @@ impl Numbers {
     }
 
     /// Lambert's law about a unit normal: a point of the sphere that touches the surface.
-    pub fn lambert(&mut self, normal: DVec3) -> Vec3 {
+    pub(crate) fn lambert(&mut self, normal: DVec3) -> Vec3 {
         loop {
             let direction = normal + self.direction();
             if direction.length_squared() > 1e-12 {

@@ -7,7 +7,7 @@ use sonel_geometry::{Mesh, MeshTriangle};
 use std::collections::HashMap;
 
 /// Adds triangles of one material with corners given as positions.
-pub fn add(mesh: &mut Mesh, material: u32, triangles: &[[DVec3; 3]]) {
+pub(crate) fn add(mesh: &mut Mesh, material: u32, triangles: &[[DVec3; 3]]) {
     for triangle in triangles {
         let first = mesh.vertices.len() as u32;
         mesh.vertices.extend(triangle);
@@ -15,12 +15,12 @@ pub fn add(mesh: &mut Mesh, material: u32, triangles: &[[DVec3; 3]]) {
     }
 }
 
-pub fn add_quad(mesh: &mut Mesh, material: u32, [a, b, c, d]: [DVec3; 4]) {
+pub(crate) fn add_quad(mesh: &mut Mesh, material: u32, [a, b, c, d]: [DVec3; 4]) {
     add(mesh, material, &[[a, b, c], [a, c, d]]);
 }
 
 /// A mesh moved and turned: walls in general position.
-pub fn turned(mut mesh: Mesh, shift: DVec3) -> Mesh {
+pub(crate) fn turned(mut mesh: Mesh, shift: DVec3) -> Mesh {
     let turn = glam::DQuat::from_xyzw(0.2, -0.3, 0.4, 0.8).normalize();
     for vertex in &mut mesh.vertices {
         *vertex = turn * *vertex + shift;
@@ -28,12 +28,12 @@ pub fn turned(mut mesh: Mesh, shift: DVec3) -> Mesh {
     mesh
 }
 
-pub fn shoebox() -> Mesh {
+pub(crate) fn shoebox() -> Mesh {
     Mesh::shoebox([10.0, 7.0, 3.0], [0, 1, 2, 3, 4, 5])
 }
 
 /// A box of 12 n² triangles.
-pub fn tessellated_box(size: DVec3, n: usize) -> Mesh {
+pub(crate) fn tessellated_box(size: DVec3, n: usize) -> Mesh {
     let mut mesh = Mesh::default();
     let corner = Mesh::shoebox(size.to_array(), [0, 1, 2, 3, 4, 5]);
     for wall in 0..6 {
@@ -54,7 +54,7 @@ pub fn tessellated_box(size: DVec3, n: usize) -> Mesh {
 }
 
 /// An L-shaped room: 8 × 8 m less a 5 × 5 m corner, 3 m high.
-pub fn l_room() -> Mesh {
+pub(crate) fn l_room() -> Mesh {
     let outline = [(0.0, 0.0), (8.0, 0.0), (8.0, 3.0), (3.0, 3.0), (3.0, 8.0), (0.0, 8.0)];
     let mut mesh = prism(&outline, 3.0);
     let at = |i: usize, z: f64| dvec3(outline[i].0, outline[i].1, z);
@@ -68,7 +68,7 @@ pub fn l_room() -> Mesh {
 }
 
 /// A needle of a room: a triangle of 10 m with an acute corner, 3 m high.
-pub fn wedge_room(degrees: f64) -> Mesh {
+pub(crate) fn wedge_room(degrees: f64) -> Mesh {
     let angle = degrees.to_radians();
     let outline = [(0.0, 0.0), (10.0, 0.0), (10.0 * angle.cos(), 10.0 * angle.sin())];
     let mut mesh = prism(&outline, 3.0);
@@ -89,7 +89,7 @@ fn prism(outline: &[(f64, f64)], height: f64) -> Mesh {
 }
 
 /// The shoebox with a thin screen that stands on the floor in the middle, from 2 m to 5 m.
-pub fn screened_room() -> Mesh {
+pub(crate) fn screened_room() -> Mesh {
     let mut mesh = shoebox();
     let screen = [dvec3(5.0, 2.0, 0.0), dvec3(5.0, 5.0, 0.0), dvec3(5.0, 5.0, 2.0), dvec3(5.0, 2.0, 2.0)];
     add_quad(&mut mesh, 6, screen);
@@ -97,7 +97,7 @@ pub fn screened_room() -> Mesh {
 }
 
 /// A box whose walls are each divided on their own: in every edge the vertices of one wall lie between the other's.
-pub fn carelessly_drawn_box() -> Mesh {
+pub(crate) fn carelessly_drawn_box() -> Mesh {
     let size = dvec3(10.0, 7.0, 3.0);
     let mut mesh = Mesh::default();
     for (material, n) in [1, 3, 4, 5, 7, 16].into_iter().enumerate() {
@@ -110,12 +110,12 @@ pub fn carelessly_drawn_box() -> Mesh {
 }
 
 /// A sphere of radius 5 m from an icosahedron divided `depth` times, every vertex moved in or out by up to 10 %.
-pub fn boulder(depth: u32) -> Mesh {
+pub(crate) fn boulder(depth: u32) -> Mesh {
     sphere(depth, 0.1)
 }
 
 /// A geodesic sphere of radius 5 m, each radius changed by up to a share.
-pub fn sphere(depth: u32, roughness: f64) -> Mesh {
+pub(crate) fn sphere(depth: u32, roughness: f64) -> Mesh {
     let golden = (1.0 + 5f64.sqrt()) / 2.0;
     let mut vertices: Vec<DVec3> = Vec::new();
     for (a, b) in [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)] {
@@ -159,7 +159,7 @@ pub fn sphere(depth: u32, roughness: f64) -> Mesh {
 }
 
 /// A hall of 40 × 30 × 15 m with closed boxes of all sizes and turns in it, twelve triangles each.
-pub fn furnished_hall(objects: usize) -> Mesh {
+pub(crate) fn furnished_hall(objects: usize) -> Mesh {
     let mut mesh = Mesh::shoebox([40.0, 30.0, 15.0], [0; 6]);
     let mut numbers = Numbers(11);
     for _ in 0..objects {

@@ -10,20 +10,20 @@ fn number(bytes: &[u8], at: usize) -> usize {
 }
 
 /// Where the header lies.
-pub fn header_range(bytes: &[u8]) -> std::ops::Range<usize> {
+pub(crate) fn header_range(bytes: &[u8]) -> std::ops::Range<usize> {
     let offset = number(bytes, 16);
     offset..offset + number(bytes, 24)
 }
 
 /// Makes the digest of preamble and header fit.
-pub fn seal(bytes: &mut [u8]) {
+pub(crate) fn seal(bytes: &mut [u8]) {
     let header = header_range(bytes);
     let digest = blake3::Hasher::new().update(&bytes[..DIGEST]).update(&bytes[header]).finalize();
     bytes[DIGEST..PREAMBLE].copy_from_slice(digest.as_bytes());
 }
 
 /// A section of the file, found by its name in the header.
-pub struct Section {
+pub(crate) struct Section {
     /// Its bytes.
     pub range: std::ops::Range<usize>,
     /// Where the header states offset, length and digest.
@@ -31,7 +31,7 @@ pub struct Section {
 }
 
 /// The section called `name`.
-pub fn section(bytes: &[u8], name: &str) -> Section {
+pub(crate) fn section(bytes: &[u8], name: &str) -> Section {
     let header = header_range(bytes);
     let text = [&(name.len() as u64).to_le_bytes(), name.as_bytes()].concat();
     let found = bytes[header.clone()].windows(text.len()).position(|window| window == text).unwrap();
@@ -41,7 +41,7 @@ pub fn section(bytes: &[u8], name: &str) -> Section {
 }
 
 /// `sound` with `value` at byte `at` of its header.
-pub fn in_header(sound: &[u8], at: usize, value: &[u8]) -> Vec<u8> {
+pub(crate) fn in_header(sound: &[u8], at: usize, value: &[u8]) -> Vec<u8> {
     let mut forged = sound.to_vec();
     forged[at..at + value.len()].copy_from_slice(value);
     seal(&mut forged);
@@ -49,7 +49,7 @@ pub fn in_header(sound: &[u8], at: usize, value: &[u8]) -> Vec<u8> {
 }
 
 /// `sound` with `value` at byte `at` of its section `name`.
-pub fn in_section(sound: &[u8], name: &str, at: usize, value: &[u8]) -> Vec<u8> {
+pub(crate) fn in_section(sound: &[u8], name: &str, at: usize, value: &[u8]) -> Vec<u8> {
     let mut forged = sound.to_vec();
     let Section { range, stated_at } = section(sound, name);
     forged[range.start + at..range.start + at + value.len()].copy_from_slice(value);
@@ -60,4 +60,4 @@ pub fn in_section(sound: &[u8], name: &str, at: usize, value: &[u8]) -> Vec<u8> 
 }
 
 /// Numbers that a careless reader multiplies, allocates or indexes with.
-pub const ABSURD: [u64; 6] = [0, 1, 1 << 20, 1 << 32, 1 << 62, u64::MAX];
+pub(crate) const ABSURD: [u64; 6] = [0, 1, 1 << 20, 1 << 32, 1 << 62, u64::MAX];

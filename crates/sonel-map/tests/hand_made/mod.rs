@@ -11,10 +11,10 @@ use sonel_map::{
 use sonel_scene::{Effect, Receiver, Scene, Source};
 
 /// Emissions of each of the two sources.
-pub const EMISSIONS: u64 = 7;
+pub(crate) const EMISSIONS: u64 = 7;
 
 /// The scene: a closed box whose floor is of another material.
-pub fn scene() -> Scene {
+pub(crate) fn scene() -> Scene {
     let bands = Bands::new(vec![250.0, 500.0, 1000.0], sonel_acoustics::BandWidth::Octave).unwrap();
     let material = |name: &str, absorption: [f64; 3], source: Option<&str>| Material {
         name: name.to_owned(),
@@ -47,7 +47,7 @@ pub fn scene() -> Scene {
 }
 
 /// Provenance of a run of `emissions` per source.
-pub fn header(emissions: u64) -> MapHeader {
+pub(crate) fn header(emissions: u64) -> MapHeader {
     MapHeader {
         tool_version: "by hand".to_owned(),
         settings: Settings {
@@ -68,7 +68,7 @@ pub fn header(emissions: u64) -> MapHeader {
 }
 
 /// Paths of 1 to [`EMISSIONS`] vertices between points on the walls.
-pub fn paths(geometry: &Geometry, source: u32) -> ChunkPaths {
+pub(crate) fn paths(geometry: &Geometry, source: u32) -> ChunkPaths {
     const BEFORE: [Event; 3] = [Event::Specular, Event::Diffuse, Event::Transmitted];
     const LAST: [Event; 5] =
         [Event::Absorbed, Event::Expired, Event::Extinguished, Event::Escaped, Event::Lost];
@@ -91,7 +91,7 @@ pub fn paths(geometry: &Geometry, source: u32) -> ChunkPaths {
 }
 
 /// A ledger with a different number in every place; fates and segments are those of [`paths`].
-pub fn ledger(source: u32) -> Ledger {
+pub(crate) fn ledger(source: u32) -> Ledger {
     let mut ledger = Ledger::new(3);
     for (index, band) in ledger.bands.iter_mut().enumerate() {
         let terms = std::array::from_fn(|term| f64::from(source) + index as f64 * 0.5 + term as f64 * 0.125);
@@ -103,7 +103,7 @@ pub fn ledger(source: u32) -> Ledger {
 }
 
 /// The bytes of the map.
-pub fn bytes() -> Vec<u8> {
+pub(crate) fn bytes() -> Vec<u8> {
     let header = header(EMISSIONS);
     let geometry = header.scene.geometry().unwrap();
     let mut writer = MapWriter::begin(Cursor::new(Vec::new())).unwrap();

@@ -38,7 +38,7 @@ fn ledger(paths: &ChunkPaths, first: u64) -> Ledger {
 }
 
 /// Writes the shard that `header` names to `out`.
-pub fn write<W: Write + Seek>(header: &MapHeader, out: W) -> W {
+pub(crate) fn write<W: Write + Seek>(header: &MapHeader, out: W) -> W {
     let geometry = header.scene.geometry().unwrap();
     let total = header.settings.layout(&header.scene).total;
     let mut writer = MapWriter::begin(out).unwrap();

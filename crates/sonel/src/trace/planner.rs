@@ -30,13 +30,18 @@ pub(crate) struct Planner<'a> {
 
 impl<'a> Planner<'a> {
     /// A planner for a run with `settings`.
-    pub fn new(room: Room<'a>, settings: Settings) -> Self {
+    pub(super) fn new(room: Room<'a>, settings: Settings) -> Self {
         let evaluation_receivers = evaluation_receivers(room.scene(), room.geometry());
         Self { room, settings, evaluation_receivers }
     }
 
     /// Runs a pilot that looks at `parameters`, in so many CPU `seconds` where they are limited.
-    pub fn pilot(&self, parameters: &[Parameter], seconds: Option<f64>, watch: Watch<'_>) -> Result<Pilot> {
+    pub(super) fn pilot(
+        &self,
+        parameters: &[Parameter],
+        seconds: Option<f64>,
+        watch: Watch<'_>,
+    ) -> Result<Pilot> {
         Ok(pilot::run(&self.config(parameters, seconds), watch.clock())?)
     }
 
@@ -57,7 +62,12 @@ impl<'a> Planner<'a> {
     ///
     /// # Errors
     /// What it takes and what is allowed.
-    pub fn check_feasible(&self, shard: ShardRange, memory: Option<f64>, watch: Watch<'_>) -> Result<()> {
+    pub(super) fn check_feasible(
+        &self,
+        shard: ShardRange,
+        memory: Option<f64>,
+        watch: Watch<'_>,
+    ) -> Result<()> {
         let emissions = self.settings.emissions as f64 / f64::from(shard.count);
         if emissions < SURELY_FEASIBLE && memory.is_none() {
             return Ok(());

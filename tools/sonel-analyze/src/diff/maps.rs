@@ -21,7 +21,7 @@ const LISTED: usize = 20;
 ///
 /// # Errors
 /// When a file is no valid map, the two have nothing in common that can be tested, or `out` cannot be written.
-pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub(super) fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let (map_a, geometry_a) = open::checked_map(&arguments.a)?;
     let (map_b, geometry_b) = open::checked_map(arguments.other())?;
     if map_a.digest() == map_b.digest() {

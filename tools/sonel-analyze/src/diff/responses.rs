@@ -37,7 +37,7 @@ const PROVENANCE: [&str; 9] = [
 ///
 /// # Errors
 /// When a file is unusable, the two have no parameter in common that can be tested, or `out` cannot be written.
-pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub(super) fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let (a, b) = (open::response(&arguments.a)?, open::response(arguments.other())?);
     let (mut figures_a, mut figures_b) = (parameters(&a), parameters(&b));
     if let [from, to] = arguments.between.as_slice() {

@@ -20,7 +20,7 @@ use crate::arguments::FitArguments;
 const SAME_PLACE: f64 = 0.01;
 
 /// What was measured, and where.
-pub struct Measured {
+pub(super) struct Measured {
     /// Receivers of the scene, then others of the table.
     pub receivers: Vec<ReceiverPoint>,
     /// Values to fit to.
@@ -31,7 +31,7 @@ pub struct Measured {
 ///
 /// # Errors
 /// With every row that does not fit the map.
-pub fn read(arguments: &FitArguments, scene: &Scene, log: &mut dyn Write) -> anyhow::Result<Measured> {
+pub(super) fn read(arguments: &FitArguments, scene: &Scene, log: &mut dyn Write) -> anyhow::Result<Measured> {
     let label = arguments.measured.display().to_string();
     let file = input::open(&arguments.measured).with_context(|| format!("cannot read {label}"))?;
     let fail = |problems: Vec<String>| {

@@ -15,7 +15,7 @@ use crate::arguments::Format;
 ///
 /// # Errors
 /// When `out` cannot be written.
-pub fn print(fit: &Fit, scene: &Scene, format: Format, out: &mut dyn Write) -> anyhow::Result<()> {
+pub(super) fn print(fit: &Fit, scene: &Scene, format: Format, out: &mut dyn Write) -> anyhow::Result<()> {
     match format {
         Format::Table => write!(out, "{}", table(fit, scene))?,
         Format::Csv => csv(fit, scene, out)?,

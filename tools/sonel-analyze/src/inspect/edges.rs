@@ -14,7 +14,7 @@ fn rows(geometry: &Geometry) -> impl Iterator<Item = (&Edge, &AirSector)> {
 }
 
 /// Edges as JSON: every edge with the sector of air into which it diffracts.
-pub fn json(geometry: &Geometry) -> Value {
+pub(super) fn json(geometry: &Geometry) -> Value {
     let side = |side| if side == Side::Front { "front" } else { "back" };
     rows(geometry)
         .map(|(edge, sector)| {
@@ -31,7 +31,7 @@ pub fn json(geometry: &Geometry) -> Value {
 }
 
 /// In words: the longest first.
-pub fn text(geometry: &Geometry) -> String {
+pub(super) fn text(geometry: &Geometry) -> String {
     let mut edges: Vec<(&Edge, &AirSector)> = rows(geometry).collect();
     if edges.is_empty() {
         return "\nno edge diffracts\n".to_owned();

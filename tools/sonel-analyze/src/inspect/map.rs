@@ -22,7 +22,7 @@ fn region(region: &Region) -> Value {
 }
 
 /// The map as JSON. Energies are relative to what one source emits.
-pub fn json(walked: &WalkedMap) -> Value {
+pub(crate) fn json(walked: &WalkedMap) -> Value {
     let (map, header) = (&walked.map, walked.map.header());
     let (scene, ledger) = (&header.scene, map.ledger());
     let point =
@@ -102,7 +102,7 @@ fn listed(mut fields: Value, deposit: &Deposit) -> Value {
 }
 
 /// In words.
-pub fn text(walked: &WalkedMap) -> String {
+pub(crate) fn text(walked: &WalkedMap) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
     let mut line = |name: &str, value: &str| {

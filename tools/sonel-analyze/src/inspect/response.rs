@@ -17,7 +17,7 @@ const KINDS: [(ArrivalKind, &str); 3] = [
 const LONGEST: usize = 200;
 
 /// The response as JSON.
-pub fn json(response: &Response) -> Value {
+pub(super) fn json(response: &Response) -> Value {
     let station = |(name, position): (&String, &[f64; 3])| json!({ "name": name, "position_m": position });
     let arrivals: serde_json::Map<String, Value> = arrivals(response)
         .map(|(name, count)| (name.to_owned(), json!(count)))
@@ -43,7 +43,7 @@ pub fn json(response: &Response) -> Value {
 }
 
 /// In words.
-pub fn text(response: &Response) -> String {
+pub(super) fn text(response: &Response) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         // Writing to a String cannot fail.

@@ -6,7 +6,7 @@ use sonel_console::quantity;
 use sonel_study::criteria::{Criterion, Judged, Verdict, verdict};
 
 /// A target at the receivers of a source.
-pub struct Share {
+pub(super) struct Share {
     target: Criterion,
     source: String,
     receivers: usize,
@@ -38,7 +38,11 @@ impl Counts {
 }
 
 /// Every target at the receivers of every source.
-pub fn shares(targets: &[Criterion], parameters: &[ReceiverParameters], volume: Option<f64>) -> Vec<Share> {
+pub(super) fn shares(
+    targets: &[Criterion],
+    parameters: &[ReceiverParameters],
+    volume: Option<f64>,
+) -> Vec<Share> {
     let share = |target: &Criterion, group: &[ReceiverParameters]| {
         let bands: Vec<f64> = group[0].bands.iter().map(|band| band.center_frequency_hz).collect();
         let judged = target.judged(&bands, volume);
@@ -56,7 +60,7 @@ pub fn shares(targets: &[Criterion], parameters: &[ReceiverParameters], volume: 
 }
 
 /// A line per target, source and band.
-pub fn text(shares: &[Share]) -> String {
+pub(super) fn text(shares: &[Share]) -> String {
     let mut text = String::new();
     for Share { target, source, bands, .. } in shares {
         let begin = format!("target {}, source \"{source}\"", target.name);
@@ -83,7 +87,7 @@ pub fn text(shares: &[Share]) -> String {
 }
 
 /// As JSON.
-pub fn json(shares: &[Share]) -> Value {
+pub(super) fn json(shares: &[Share]) -> Value {
     let mut all = Vec::new();
     for Share { target, source, receivers, bands } in shares {
         let begin = json!({ "target": target.name, "source": source, "receivers": receivers });

@@ -15,7 +15,7 @@ use crate::arguments::{Format, Parameters};
 ///
 /// # Errors
 /// When no source at a receiver is in the first and another one, or `out` cannot be written.
-pub fn print(arguments: &Parameters, responses: &[Read], out: &mut dyn Write) -> anyhow::Result<()> {
+pub(super) fn print(arguments: &Parameters, responses: &[Read], out: &mut dyn Write) -> anyhow::Result<()> {
     let mut columns: Vec<Column> = responses
         .iter()
         .map(|Read { subject, .. }| Column {

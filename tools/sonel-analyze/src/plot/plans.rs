@@ -17,7 +17,7 @@ use crate::open;
 use sonel_console::artifact::check_scene;
 
 /// A plan of every response, with the walls of the map where there is one.
-pub fn of(
+pub(super) fn of(
     subjects: &[Subject],
     map: Option<&Path>,
     arguments: &Plot,

@@ -6,11 +6,11 @@ use sonel_testkit::test_folder::TestFolder;
 
 use crate::{analyze, trace};
 
-pub const MAP: &str = "room.sonelmap";
-pub const RESPONSE: &str = "room.npz";
+pub(crate) const MAP: &str = "room.sonelmap";
+pub(crate) const RESPONSE: &str = "room.npz";
 
 /// Colourful walls, two sources, one of them directional: every term of the ledger of a closed room is at work.
-pub const SCENE: &str = r#"
+pub(crate) const SCENE: &str = r#"
 name = "test room"
 shoebox = [6.0, 5.0, 4.0]
 duration_s = 0.6
@@ -42,7 +42,7 @@ fn traced(options: &[&str]) -> TestFolder {
 }
 
 /// An exponential decay at one receiver in one band.
-pub fn render(folder: &TestFolder) {
+pub(crate) fn render(folder: &TestFolder) {
     let edges: Vec<f64> = (0..=1000).map(|edge| f64::from(edge) * 0.001).collect();
     let energy = edges.windows(2).map(|pair| (-10.0 * pair[0]).exp() - (-10.0 * pair[1]).exp()).collect();
     let response = Response {

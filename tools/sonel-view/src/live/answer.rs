@@ -4,7 +4,7 @@ use serde_json::Value;
 use sonel_console::spelled;
 
 /// What a request gets.
-pub enum Answer {
+pub(super) enum Answer {
     /// The page.
     Page(String),
     /// Everything else but sound.
@@ -15,7 +15,7 @@ pub enum Answer {
 
 /// Why a request gets nothing.
 #[derive(Debug)]
-pub struct Refusal {
+pub(super) struct Refusal {
     /// As HTTP counts them.
     pub status: u16,
     /// A sentence.
@@ -24,22 +24,22 @@ pub struct Refusal {
 
 impl Refusal {
     /// A request that cannot be understood.
-    pub fn wrong(text: impl Into<String>) -> Self {
+    pub(super) fn wrong(text: impl Into<String>) -> Self {
         Self { status: 400, text: text.into() }
     }
 
     /// A request from somebody else.
-    pub fn forbidden(text: &str) -> Self {
+    pub(super) fn forbidden(text: &str) -> Self {
         Self { status: 403, text: text.to_owned() }
     }
 
     /// Work that cannot be done.
-    pub fn failed(error: &impl std::fmt::Display) -> Self {
+    pub(super) fn failed(error: &impl std::fmt::Display) -> Self {
         Self { status: 422, text: error.to_string() }
     }
 
     /// Work that a newer request of the window replaced: nobody waits for it, and browsers shall not list it as an error.
-    pub fn replaced() -> Self {
+    pub(super) fn replaced() -> Self {
         Self { status: 200, text: "a newer request replaced this one".to_owned() }
     }
 }

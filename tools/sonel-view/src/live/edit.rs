@@ -9,7 +9,7 @@ use super::wishes::Changes;
 ///
 /// # Errors
 /// When the text is no TOML, or has another number of sources.
-pub fn edited(text: &str, sources: &[[f64; 3]], changes: &Changes) -> anyhow::Result<String> {
+pub(super) fn edited(text: &str, sources: &[[f64; 3]], changes: &Changes) -> anyhow::Result<String> {
     let mut document: DocumentMut = text.parse().context("the scene file")?;
     let listed = document.get_mut("sources").context("the scene file has no sources")?;
     let count = match listed {
@@ -40,7 +40,7 @@ pub fn edited(text: &str, sources: &[[f64; 3]], changes: &Changes) -> anyhow::Re
 ///
 /// # Errors
 /// Never, but for changes that the page cannot make.
-pub fn materials(scene: &sonel_scene::Scene, changes: &Changes) -> anyhow::Result<String> {
+pub(super) fn materials(scene: &sonel_scene::Scene, changes: &Changes) -> anyhow::Result<String> {
     let mut all = Table::new();
     all.set_implicit(true);
     for name in changes.keys() {

@@ -19,10 +19,10 @@ const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /// A port of this machine.
-pub struct Server(tiny_http::Server);
+pub(super) struct Server(tiny_http::Server);
 
 /// Who may ask: whoever knows the token, from a page of this server.
-pub struct Guard {
+pub(super) struct Guard {
     token: String,
     hosts: [String; 2],
 }
@@ -32,18 +32,18 @@ impl Server {
     ///
     /// # Errors
     /// When the port is taken.
-    pub fn at(port: u16) -> anyhow::Result<Self> {
+    pub(super) fn at(port: u16) -> anyhow::Result<Self> {
         let server = tiny_http::Server::http(("127.0.0.1", port));
         Ok(Self(server.map_err(|error| anyhow!("cannot listen at 127.0.0.1:{port}: {error}"))?))
     }
 
     /// Its port.
-    pub fn port(&self) -> u16 {
+    pub(super) fn port(&self) -> u16 {
         self.0.server_addr().to_ip().map_or(0, |address| address.port())
     }
 
     /// Answers requests, one after the other.
-    pub fn run(&self, guard: &Guard, session: &Arc<Session>) {
+    pub(super) fn run(&self, guard: &Guard, session: &Arc<Session>) {
         while let Ok(mut request) = self.0.recv() {
             let answer = answer(&mut request, guard, session);
             // A browser that has gone away needs no answer.
@@ -57,7 +57,7 @@ impl Guard {
     ///
     /// # Errors
     /// When the system has no random numbers.
-    pub fn new(port: u16) -> anyhow::Result<Self> {
+    pub(super) fn new(port: u16) -> anyhow::Result<Self> {
         let mut random = [0; 16];
         getrandom::fill(&mut random).map_err(|error| anyhow!("no random numbers: {error}"))?;
         let token = random.iter().map(|byte| format!("{byte:02x}")).collect();
@@ -65,12 +65,12 @@ impl Guard {
     }
 
     /// What requests must know.
-    pub fn token(&self) -> &str {
+    pub(super) fn token(&self) -> &str {
         &self.token
     }
 
     /// Where the page is.
-    pub fn address(&self) -> String {
+    pub(super) fn address(&self) -> String {
         format!("http://{}/?token={}", self.hosts[0], self.token)
     }
 

@@ -24,7 +24,7 @@ const AT_ONCE: usize = 8;
 ///
 /// # Errors
 /// When the scene cannot be read, or there is no address.
-pub fn serve(
+pub(crate) fn serve(
     files: Files,
     arguments: &Arguments,
     out: &mut dyn Write,

@@ -33,7 +33,7 @@ const MOST_WINDOWS: usize = 256;
 const MOST_ENTRIES: usize = 60;
 
 /// The scene, its map and the windows.
-pub struct Session {
+pub(super) struct Session {
     /// The scene file, where there is one.
     pub(super) scene: Option<PathBuf>,
     /// The file of the map, where there is one.
@@ -71,7 +71,7 @@ impl Session {
     ///
     /// # Errors
     /// When the scene is invalid.
-    pub fn open(files: Files, arguments: &Arguments, token: &str) -> anyhow::Result<Arc<Self>> {
+    pub(super) fn open(files: Files, arguments: &Arguments, token: &str) -> anyhow::Result<Arc<Self>> {
         let packets = arguments.packets;
         let Files { scene: file, map, responses } = files;
         let mut state = State::default();
@@ -121,12 +121,12 @@ impl Session {
     }
 
     /// The scene file as it was changed.
-    pub fn text(&self) -> String {
+    pub(super) fn text(&self) -> String {
         self.locked().text.clone()
     }
 
     /// The page.
-    pub fn page(&self) -> String {
+    pub(super) fn page(&self) -> String {
         self.page.clone()
     }
 
@@ -137,7 +137,7 @@ impl Session {
     }
 
     /// How far the trace is, and which map there is.
-    pub fn state(&self) -> Result<Answer, Refusal> {
+    pub(super) fn state(&self) -> Result<Answer, Refusal> {
         let state = self.locked();
         let settings = state.map.as_ref().map(|map| {
             let header = map.sonels().header();
@@ -156,7 +156,7 @@ impl Session {
     }
 
     /// Traces the scene file `text` beside everything else; an older trace stops.
-    pub fn trace(self: &Arc<Self>, text: String) {
+    pub(super) fn trace(self: &Arc<Self>, text: String) {
         let newest = Newest::of(&self.traces);
         let mut state = self.locked();
         (state.share, state.failure) = (Some(0.0), None);
@@ -187,7 +187,7 @@ impl Session {
     }
 
     /// Begins a trace of the scene with other sources and materials.
-    pub fn trace_changed(self: &Arc<Self>, wish: &Changed) -> Result<Answer, Refusal> {
+    pub(super) fn trace_changed(self: &Arc<Self>, wish: &Changed) -> Result<Answer, Refusal> {
         if self.scene.is_none() {
             return Err(Refusal::failed(
                 &"a map has no scene file: open the scene to trace it with other sources or materials",
@@ -217,7 +217,7 @@ impl Session {
     }
 
     /// Parameters, charts and reflections where the listener is.
-    pub fn render(&self, wish: &Render) -> Result<Answer, Refusal> {
+    pub(super) fn render(&self, wish: &Render) -> Result<Answer, Refusal> {
         let newest = self.newest("render", &wish.window);
         let map = self.map()?;
         let options = options(&wish.changes, wish.batches)?;
@@ -234,7 +234,7 @@ impl Session {
     }
 
     /// All parameters at the places of a plane.
-    pub fn grid(&self, wish: &Plane) -> Result<Answer, Refusal> {
+    pub(super) fn grid(&self, wish: &Plane) -> Result<Answer, Refusal> {
         let newest = self.newest("grid", &wish.window);
         let map = self.map()?;
         let mut options = options(&wish.changes, wish.batches)?;
@@ -266,7 +266,7 @@ impl Session {
     }
 
     /// The impulse response at the ears of the listener.
-    pub fn sound(&self, wish: &Render) -> Result<Answer, Refusal> {
+    pub(super) fn sound(&self, wish: &Render) -> Result<Answer, Refusal> {
         let newest = self.newest("sound", &wish.window);
         let map = self.map()?;
         let options = RenderOptions { directions: true, ..options(&wish.changes, wish.batches)? };
@@ -279,7 +279,7 @@ impl Session {
     }
 
     /// Entries of the library with all words.
-    pub fn materials(&self, wish: &Search) -> Result<Answer, Refusal> {
+    pub(super) fn materials(&self, wish: &Search) -> Result<Answer, Refusal> {
         let words: Vec<String> = wish.words.split_whitespace().map(str::to_owned).collect();
         let bands = match (&self.scene, self.map()) {
             (_, Ok(map)) => map.sonels().header().scene.bands.nominal().to_vec(),
@@ -297,7 +297,7 @@ impl Session {
     }
 
     /// Writes what was changed, and says which commands give the same numbers.
-    pub fn save(&self, wish: &Save) -> Result<Answer, Refusal> {
+    pub(super) fn save(&self, wish: &Save) -> Result<Answer, Refusal> {
         changes(&wish.changes)?;
         let map = self.map()?;
         let saved = self.saved(&map.sonels().header().scene, wish);

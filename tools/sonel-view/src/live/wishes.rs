@@ -8,15 +8,15 @@ use sonel::Change;
 use super::answer::Refusal;
 
 /// What the page calls where the listener is.
-pub const LISTENER: &str = "listener";
+pub(super) const LISTENER: &str = "listener";
 
 /// Other coefficients than those of the map, band by band: `materials.NAME.absorption` and their values.
-pub type Changes = BTreeMap<String, Vec<f64>>;
+pub(super) type Changes = BTreeMap<String, Vec<f64>>;
 
 /// Parameters, charts and early reflections of a listener.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Render {
+pub(super) struct Render {
     /// The window that asks: its newest request replaces older ones.
     pub window: String,
     /// Where the listener is.
@@ -35,7 +35,7 @@ pub struct Render {
 /// Parameters all over a plane.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Plane {
+pub(super) struct Plane {
     /// The window that asks.
     pub window: String,
     /// Height above the lowest point of the room.
@@ -56,7 +56,7 @@ pub struct Plane {
 /// A trace of the scene as it was changed.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Changed {
+pub(super) struct Changed {
     /// Positions of all sources, in the order of the scene.
     pub sources: Vec<[f64; 3]>,
     /// Materials.
@@ -67,7 +67,7 @@ pub struct Changed {
 /// The state of the page as files and commands.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Save {
+pub(super) struct Save {
     /// Where the listener is.
     pub listener: [f64; 3],
     /// Materials.
@@ -78,13 +78,13 @@ pub struct Save {
 /// Entries of the material library.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Search {
+pub(super) struct Search {
     /// Words that all occur in name, text, group or source.
     pub words: String,
 }
 
 /// Changes as the renderer takes them.
-pub fn changes(changes: &Changes) -> Result<Vec<Change>, Refusal> {
+pub(super) fn changes(changes: &Changes) -> Result<Vec<Change>, Refusal> {
     let each = changes.iter().map(|(name, values)| Change::of(name, values.clone().into()));
     each.collect::<Result<_, _>>().map_err(Refusal::wrong)
 }

@@ -6,7 +6,7 @@ use sonel_drawing::plot::{Axis, Mark, Panel, Scale, Series};
 use super::document::{color, escaped};
 
 /// A panel: lines with bands, points with bars.
-pub fn of(panel: &Panel) -> Value {
+pub(super) fn of(panel: &Panel) -> Value {
     let floor = panel.y.range.map_or(f64::MIN, |[low, _]| low);
     let mut x = axis(&panel.x);
     if panel.x.range.is_none()
@@ -44,7 +44,7 @@ fn share_abscissas(data: &mut [Value]) {
 }
 
 /// A layout with two axes.
-pub fn layout(title: &str, x: Value, y: Value) -> Value {
+pub(super) fn layout(title: &str, x: Value, y: Value) -> Value {
     json!({
         "title": { "text": escaped(title), "font": { "size": 15 } },
         "margin": { "l": 60, "r": 10, "t": 40, "b": 55 },
@@ -66,7 +66,7 @@ fn axis(axis: &Axis) -> Value {
 }
 
 /// Four decimals are more than a screen shows; what is no number leaves a gap.
-pub fn rounded(value: f64) -> Value {
+pub(super) fn rounded(value: f64) -> Value {
     json!((value * 1e4).round() / 1e4)
 }
 

@@ -17,7 +17,7 @@ use super::{Subject, Traced, charts, uncertainty};
 use crate::HeadArguments;
 
 /// Author, date and version, as they were given; the project is the title.
-pub fn head(page: &mut Document, head: &HeadArguments) {
+pub(super) fn head(page: &mut Document, head: &HeadArguments) {
     let given = [("Author: ", &head.author), ("", &head.date), ("Version ", &head.revision)];
     let parts: Vec<String> =
         given.into_iter().filter_map(|(what, text)| Some(format!("{what}{}", text.as_ref()?))).collect();
@@ -27,7 +27,7 @@ pub fn head(page: &mut Document, head: &HeadArguments) {
 }
 
 /// Size of the room and positions; materials stand below its drawing.
-pub fn room(page: &mut Document, subjects: &[Subject], map: Option<Traced<'_>>) {
+pub(super) fn room(page: &mut Document, subjects: &[Subject], map: Option<Traced<'_>>) {
     page.section("The room");
     if let Some(map) = map {
         let surface = surface(map);
@@ -88,7 +88,7 @@ fn mean(subject: &Subject, parameter: Parameter, hz: f64) -> ParameterValue {
 }
 
 /// Sabine's and Eyring's times beside T30 of the responses with these materials.
-pub fn statistics(page: &mut Document, subjects: &[Subject], map: Traced<'_>) {
+pub(super) fn statistics(page: &mut Document, subjects: &[Subject], map: Traced<'_>) {
     let Some(volume) = map.walls.volume() else { return };
     page.section("Statistical and simulated reverberation times");
     let all = materials(subjects, map);
@@ -129,7 +129,7 @@ fn times(page: &mut Document, materials: &Materials<'_>, map: Traced<'_>, volume
 }
 
 /// Targets per band, with a verdict by the interval of the mean over the receivers.
-pub fn targets(page: &mut Document, subjects: &[Subject], head: &HeadArguments) {
+pub(super) fn targets(page: &mut Document, subjects: &[Subject], head: &HeadArguments) {
     if head.targets.is_empty() {
         return;
     }
@@ -191,7 +191,7 @@ fn state(target: &str) -> &'static str {
 }
 
 /// Differences of single numbers between every response and the first.
-pub fn differences(page: &mut Document, subjects: &[Subject]) {
+pub(super) fn differences(page: &mut Document, subjects: &[Subject]) {
     let [first, others @ ..] = subjects else { return };
     let shown = Single::of(subjects);
     let (mut rows, mut means) = (Vec::new(), Vec::new());
@@ -251,7 +251,7 @@ fn noticed(difference: &ParameterValue, before: &ParameterValue, single: Single)
 }
 
 /// T20 over the bands, with the ranges of targets about it.
-pub fn curves(page: &mut Document, subjects: &[Subject], head: &HeadArguments) {
+pub(super) fn curves(page: &mut Document, subjects: &[Subject], head: &HeadArguments) {
     let Some(target) = head.targets.first() else { return };
     let (symbol, unit, factor) = target.parameter.heading();
     let mut data = Vec::new();
@@ -291,7 +291,7 @@ pub fn curves(page: &mut Document, subjects: &[Subject], head: &HeadArguments) {
 }
 
 /// What the numbers do not say.
-pub fn limits(page: &mut Document, subjects: &[Subject]) {
+pub(super) fn limits(page: &mut Document, subjects: &[Subject]) {
     let materials = if uncertainty::is_known(subjects) {
         "The uncertainty of scattering coefficients. That of absorption is the second interval, as far as its standard uncertainties are right."
     } else {

@@ -29,12 +29,12 @@ const COLORS: [&str; 10] = [
 ];
 
 /// Colour of a series by its index.
-pub fn color(index: usize) -> &'static str {
+pub(super) fn color(index: usize) -> &'static str {
     COLORS[index % COLORS.len()]
 }
 
 /// A page being written.
-pub struct Document {
+pub(super) struct Document {
     title: String,
     /// What stands below the title.
     head: String,
@@ -47,7 +47,7 @@ pub struct Document {
 }
 
 /// Text with the characters that HTML and the labels of plotly.js reserve replaced; not for attributes.
-pub fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for letter in text.chars() {
         match letter {
@@ -70,41 +70,41 @@ fn packed(id: &str, text: &str) -> String {
 
 impl Document {
     /// A page whose scripts show the room and the pairs of `shown`.
-    pub fn new(title: &str, shown: Value) -> Self {
+    pub(super) fn new(title: &str, shown: Value) -> Self {
         let (head, body, contents) = Default::default();
         Self { title: escaped(title), head, body, contents, charts: Vec::new(), shown }
     }
 
     /// Sets the line below the title.
-    pub fn head(&mut self, text: &str) {
+    pub(super) fn head(&mut self, text: &str) {
         self.head = format!("<p>{}</p>\n", escaped(text));
     }
 
     /// Begins a section.
-    pub fn section(&mut self, title: &str) {
+    pub(super) fn section(&mut self, title: &str) {
         let anchor: String = title.chars().filter(char::is_ascii_alphanumeric).collect();
         self.contents.push_str(&format!("<a href=\"#{anchor}\">{title}</a>"));
         self.body.push_str(&format!("<h2 id=\"{anchor}\">{title}</h2>\n"));
     }
 
     /// A paragraph of plain text.
-    pub fn text(&mut self, text: &str) {
+    pub(super) fn text(&mut self, text: &str) {
         self.body.push_str(&format!("<p>{}</p>\n", escaped(text)));
     }
 
     /// A paragraph in small print.
-    pub fn note(&mut self, text: &str) {
+    pub(super) fn note(&mut self, text: &str) {
         self.body.push_str(&format!("<p class=\"note\">{}</p>\n", escaped(text)));
     }
 
     /// A list of plain texts.
-    pub fn list(&mut self, items: &[String]) {
+    pub(super) fn list(&mut self, items: &[String]) {
         let items: String = items.iter().map(|item| format!("<li>{}</li>", escaped(item))).collect();
         self.body.push_str(&format!("<ul>{items}</ul>\n"));
     }
 
     /// A table of plain texts; `class` is "" or "long" for columns of text.
-    pub fn table(&mut self, class: &str, head: &[String], rows: &[Vec<String>]) {
+    pub(super) fn table(&mut self, class: &str, head: &[String], rows: &[Vec<String>]) {
         let row = |cells: &[String], tag: &str| {
             let cells: String =
                 cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect();
@@ -119,7 +119,7 @@ impl Document {
     }
 
     /// A table that is folded on the screen and whole in print.
-    pub fn folded(&mut self, title: &str, head: &[String], rows: &[Vec<String>]) {
+    pub(super) fn folded(&mut self, title: &str, head: &[String], rows: &[Vec<String>]) {
         self.body.push_str(&format!(
             "<details class=\"fold\"><summary>{}</summary></details>\n<div>",
             escaped(title)
@@ -129,7 +129,7 @@ impl Document {
     }
 
     /// A drawing, SVG of ours, with a title for those who cannot see it.
-    pub fn drawing(&mut self, title: &str, svg: &str) {
+    pub(super) fn drawing(&mut self, title: &str, svg: &str) {
         let title = escaped(title).replace('"', "&quot;");
         self.body.push_str(&format!(
             "<figure class=\"scroll\"><img alt=\"{title}\" src=\"data:image/svg+xml;base64,{}\"></figure>\n",
@@ -138,7 +138,7 @@ impl Document {
     }
 
     /// Charts side by side, each `{"data": …, "layout": …}` of plotly.js, below the names of series where the charts have no legends of their own.
-    pub fn charts(&mut self, names: &[String], charts: &[Value]) {
+    pub(super) fn charts(&mut self, names: &[String], charts: &[Value]) {
         let keys = names.iter().enumerate().map(|(index, name)| {
             format!("<span><b style=\"color:{}\">■</b> {}</span>", color(index), escaped(name))
         });
@@ -153,12 +153,12 @@ impl Document {
     }
 
     /// Data for programs that read the page: JSON, packed by gzip and written in base64.
-    pub fn data(&mut self, id: &str, value: &Value) {
+    pub(super) fn data(&mut self, id: &str, value: &Value) {
         self.body.push_str(&packed(id, &value.to_string()));
     }
 
     /// The whole document.
-    pub fn finish(self) -> String {
+    pub(super) fn finish(self) -> String {
         let Self { title, head, body, contents, charts, mut shown } = self;
         shown["charts"] = charts.into();
         let (libraries, content) =

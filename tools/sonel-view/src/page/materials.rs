@@ -10,7 +10,7 @@ use super::{Subject, Traced};
 const ROUNDING: f64 = 1e-9;
 
 /// Responses with the same materials.
-pub struct Materials<'a> {
+pub(super) struct Materials<'a> {
     /// These responses.
     pub of: Vec<&'a Subject>,
     /// Their materials, in the order of the scene.
@@ -18,7 +18,7 @@ pub struct Materials<'a> {
 }
 
 /// The materials of all responses of the `map`; those of the map where it has no response.
-pub fn materials<'a>(subjects: &'a [Subject], map: Traced<'_>) -> Vec<Materials<'a>> {
+pub(super) fn materials<'a>(subjects: &'a [Subject], map: Traced<'_>) -> Vec<Materials<'a>> {
     let own = &map.map.header().scene.materials;
     let mut found: Vec<Materials<'a>> = Vec::new();
     for subject in subjects.iter().filter(|subject| map.holds(subject.echograms())) {
@@ -37,12 +37,12 @@ pub fn materials<'a>(subjects: &'a [Subject], map: Traced<'_>) -> Vec<Materials<
 
 impl Materials<'_> {
     /// Names of the responses.
-    pub fn name(&self) -> String {
+    pub(super) fn name(&self) -> String {
         self.of.iter().map(|subject| subject.name.as_str()).collect::<Vec<_>>().join(", ")
     }
 
     /// Coefficients for the table of the page, and which are not those of the map.
-    pub fn json(&self, map: Traced<'_>) -> Value {
+    pub(super) fn json(&self, map: Traced<'_>) -> Value {
         let own = &map.map.header().scene.materials;
         let each = self.each.iter().zip(own).map(|(material, own)| {
             json!({ "absorption": material.absorption, "scattering": material.scattering,

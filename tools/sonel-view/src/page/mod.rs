@@ -6,12 +6,12 @@ mod charts;
 mod client;
 mod document;
 mod materials;
-pub mod pair;
+pub(crate) mod pair;
 mod receivers;
 mod reflections;
-pub mod room;
+pub(crate) mod room;
 mod sections;
-pub mod single;
+pub(crate) mod single;
 mod uncertainty;
 mod words;
 
@@ -32,13 +32,13 @@ use crate::HeadArguments;
 use document::Document;
 
 /// Pairs of source and receiver with curves of their own: each takes 0.06 MB of the file.
-pub const MOST_PAIRS: usize = 48;
+pub(crate) const MOST_PAIRS: usize = 48;
 
 /// `response` as it is heard, and its parameters.
 ///
 /// # Errors
 /// When `heard` names a source that the response lacks.
-pub fn read_off(
+pub(crate) fn read_off(
     response: sonel::Response,
     heard: &HeardArguments,
 ) -> anyhow::Result<(sonel::Response, Vec<ReceiverParameters>)> {
@@ -112,7 +112,7 @@ impl Subject {
 
 /// The map that the responses were rendered from.
 #[derive(Clone, Copy)]
-pub struct Traced<'a> {
+pub(crate) struct Traced<'a> {
     /// Its paths.
     pub map: &'a SonelMap,
     /// The walls of its scene.
@@ -127,7 +127,7 @@ impl Traced<'_> {
 }
 
 /// The page of responses and of the map of the first one, which asks the server of this `token` for more, if there is one.
-pub fn of_responses(
+pub(crate) fn of_responses(
     subjects: &[Subject],
     map: Option<Traced<'_>>,
     head: &HeadArguments,
@@ -180,6 +180,6 @@ pub fn of_responses(
 }
 
 /// The page of a `room` without responses, which asks the server of this `token` for everything else.
-pub fn live(name: &str, room: &Value, token: &str) -> String {
+pub(crate) fn live(name: &str, room: &Value, token: &str) -> String {
     Document::new(name, json!({ "room": room, "pairs": [], "live": { "token": token } })).finish()
 }

@@ -13,7 +13,7 @@ use super::{charts, reflections};
 
 /// Source `s` at receiver `r` of a response with these parameters. Ways are followed between the walls `geometry`, where they are those that
 /// the response was rendered with.
-pub fn json(
+pub(crate) fn json(
     response: &Response,
     parameters: &ReceiverParameters,
     (s, r): (usize, usize),
@@ -65,7 +65,7 @@ fn rows(receiver: &ReceiverParameters) -> Vec<Value> {
 }
 
 /// Value and half-width of its interval; a reason where there is none.
-pub fn value(value: &ParameterValue, factor: f64) -> Value {
+pub(crate) fn value(value: &ParameterValue, factor: f64) -> Value {
     match value {
         Ok(estimate) => match half_width(estimate) {
             Ok(half) => json!([factor * estimate.value, factor * half]),

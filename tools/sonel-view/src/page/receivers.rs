@@ -18,7 +18,7 @@ const LEAST_MAPPED: usize = 12;
 const MOST_MAPPED: usize = 5000;
 
 /// Tables over the bands of every source at every receiver, folded; several responses side by side.
-pub fn tables(page: &mut Document, subjects: &[Subject]) {
+pub(super) fn tables(page: &mut Document, subjects: &[Subject]) {
     page.section("Over frequency, in numbers");
     let columns: Vec<Column> = subjects
         .iter()
@@ -71,7 +71,7 @@ fn over_bands(receiver: &ReceiverParameters) -> (Vec<String>, Vec<Vec<String>>) 
 }
 
 /// Single numbers in colours over the room, of every source, where receivers are a grid or an audience.
-pub fn maps(page: &mut Document, subjects: &[Subject], map: Option<Traced<'_>>) {
+pub(super) fn maps(page: &mut Document, subjects: &[Subject], map: Option<Traced<'_>>) {
     let count = |subject: &Subject| subject.echograms().receivers();
     let is_mapped = |subject: &&Subject| (LEAST_MAPPED..=MOST_MAPPED).contains(&count(subject));
     let mapped: Vec<&Subject> = subjects.iter().filter(is_mapped).collect();

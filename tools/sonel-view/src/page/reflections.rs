@@ -21,7 +21,7 @@ fn centimetres(value: f64) -> f64 {
 }
 
 /// Ways of the early reflections of source and receiver: corners between them, the nearest to the receiver first.
-pub fn json(response: &Response, walls: &Geometry, pair: (usize, usize)) -> Vec<Value> {
+pub(super) fn json(response: &Response, walls: &Geometry, pair: (usize, usize)) -> Vec<Value> {
     let arrivals = plot::arrivals(response, pair, None);
     let last = plot::shown_ms(&arrivals);
     let way = |arrival: &Arrival| {

@@ -11,7 +11,7 @@ use sonel_scene::Scene;
 use sonel_scene::checkup::Checkup;
 
 /// Walls, materials, sources, receivers, and what a checkup found.
-pub fn json(scene: &Scene, walls: &Geometry, checkup: Option<&Checkup>) -> Value {
+pub(crate) fn json(scene: &Scene, walls: &Geometry, checkup: Option<&Checkup>) -> Value {
     // A screen shows millimetres of a room that may lie kilometres from the origin.
     let origin = scene.mesh.vertices.first().copied().unwrap_or_default();
     let vertices: Vec<u8> = scene
@@ -48,7 +48,7 @@ pub fn json(scene: &Scene, walls: &Geometry, checkup: Option<&Checkup>) -> Value
 }
 
 /// Sources and receivers alone, where the map is not at hand.
-pub fn of_response(response: &Response) -> Value {
+pub(crate) fn of_response(response: &Response) -> Value {
     let points = |names: &[String], positions: &[[f64; 3]]| -> Vec<Value> {
         names.iter().zip(positions).map(|(name, at)| point(name, DVec3::from_array(*at))).collect()
     };

@@ -12,9 +12,9 @@ use super::single::{Single, cell};
 use super::{MOST_PAIRS, Subject, Traced, uncertainty, words};
 
 /// Rows of a table of pairs of source and receiver beyond which it is folded.
-pub const MOST_ROWS: usize = 24;
+pub(super) const MOST_ROWS: usize = 24;
 /// Pairs of source and receiver of all responses, by name, as many as are drawn.
-pub fn drawn(subjects: &[Subject]) -> Vec<(String, &Subject, usize)> {
+pub(super) fn drawn(subjects: &[Subject]) -> Vec<(String, &Subject, usize)> {
     let all =
         subjects.iter().flat_map(|subject| (0..subject.parameters.len()).map(move |index| (subject, index)));
     all.take(MOST_PAIRS)
@@ -29,7 +29,7 @@ fn label(subjects: &[Subject], subject: &Subject, parameters: &ReceiverParameter
 }
 
 /// Single numbers of every pair and their means.
-pub fn summary(page: &mut Document, subjects: &[Subject]) {
+pub(super) fn summary(page: &mut Document, subjects: &[Subject]) {
     page.section("Summary");
     let single = Single::of(subjects);
     let head: Vec<String> =
@@ -76,7 +76,7 @@ pub fn summary(page: &mut Document, subjects: &[Subject]) {
 }
 
 /// Warnings in plain words.
-pub fn remarks(page: &mut Document, subjects: &[Subject], map: Option<Traced<'_>>) {
+pub(super) fn remarks(page: &mut Document, subjects: &[Subject], map: Option<Traced<'_>>) {
     page.section("Remarks");
     let mut remarks = words::remarks(subjects.iter().flat_map(|subject| &subject.parameters));
     if let Some(map) = map {
@@ -101,7 +101,7 @@ pub fn remarks(page: &mut Document, subjects: &[Subject], map: Option<Traced<'_>
 }
 
 /// Every parameter over the bands.
-pub fn over_bands(page: &mut Document, subjects: &[Subject]) {
+pub(super) fn over_bands(page: &mut Document, subjects: &[Subject]) {
     page.section("Over frequency");
     let drawn = drawn(subjects);
     let named: Vec<(String, &ReceiverParameters)> =
@@ -152,7 +152,7 @@ fn noticeable_bar(x: Value, (middle, difference): (f64, f64)) -> Value {
 }
 
 /// Single numbers over the receivers.
-pub fn over_receivers(page: &mut Document, subjects: &[Subject]) {
+pub(super) fn over_receivers(page: &mut Document, subjects: &[Subject]) {
     page.section("Over receivers");
     let names: Vec<String> = subjects.iter().flat_map(|subject| series_names(subjects, subject)).collect();
     let charts: Vec<Value> =
@@ -202,7 +202,7 @@ fn receivers_chart(subjects: &[Subject], single: Single) -> Value {
 }
 
 /// Effects of the map, on and off.
-pub fn effects(page: &mut Document, map: Traced<'_>) {
+pub(super) fn effects(page: &mut Document, map: Traced<'_>) {
     page.section("Effects");
     let effects = map.map.header().effects.iter();
     let rows: Vec<Vec<String>> = effects
@@ -212,7 +212,7 @@ pub fn effects(page: &mut Document, map: Traced<'_>) {
 }
 
 /// Where the energy went.
-pub fn ledger(page: &mut Document, map: Traced<'_>) {
+pub(super) fn ledger(page: &mut Document, map: Traced<'_>) {
     page.section("Energy ledger");
     let keys = ["absorbed", "transmitted", "escaped", "truncated", "sampling"];
     let head: Vec<String> =
@@ -240,7 +240,7 @@ pub fn ledger(page: &mut Document, map: Traced<'_>) {
 }
 
 /// Where the numbers come from.
-pub fn provenance(page: &mut Document, subjects: &[Subject]) {
+pub(super) fn provenance(page: &mut Document, subjects: &[Subject]) {
     page.section("Provenance");
     for subject in subjects {
         let keys = subject.echograms().metadata.as_object().into_iter().flatten();

@@ -95,12 +95,12 @@ fn mean(values: &[ParameterValue], factor: f64) -> String {
 }
 
 /// Half-width of the interval, on its wider side: where the run ends early, it reaches further to one.
-pub fn half_width(estimate: &Estimate) -> Result<f64, &NoInterval> {
+pub(crate) fn half_width(estimate: &Estimate) -> Result<f64, &NoInterval> {
     estimate.interval.as_ref().map(|[low, high]| (high - estimate.value).max(estimate.value - low))
 }
 
 /// Value with the half-width of its interval and, where it is known, that of the materials, as tables have it.
-pub fn cell(estimate: &ParameterValue, factor: f64) -> String {
+pub(crate) fn cell(estimate: &ParameterValue, factor: f64) -> String {
     let Ok(estimate) = estimate else { return "–".to_owned() };
     let value = estimate.value * factor;
     let half = half_width(estimate).ok().map(|half| factor * half);

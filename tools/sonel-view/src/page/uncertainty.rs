@@ -11,12 +11,12 @@ use super::single::Single;
 const SHOWN: [Parameter; 3] = [Parameter::Strength, Parameter::T30, Parameter::ClarityC80];
 
 /// Whether the uncertainty of the materials is part of the numbers.
-pub fn is_known(subjects: &[Subject]) -> bool {
+pub(super) fn is_known(subjects: &[Subject]) -> bool {
     subjects.iter().any(|subject| subject.materials.is_some())
 }
 
 /// Standard uncertainties and their contributions to single numbers, averaged over the receivers.
-pub fn materials(page: &mut Document, subjects: &[Subject]) {
+pub(super) fn materials(page: &mut Document, subjects: &[Subject]) {
     if !is_known(subjects) {
         return;
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use sonel_analysis::{ReceiverParameters, Unsupported};
 
 /// A sentence for each kind of missing or doubtful parameter, with how many there are.
-pub fn remarks<'a>(parameters: impl Iterator<Item = &'a ReceiverParameters>) -> Vec<String> {
+pub(super) fn remarks<'a>(parameters: impl Iterator<Item = &'a ReceiverParameters>) -> Vec<String> {
     let mut found: BTreeMap<&str, usize> = BTreeMap::new();
     for estimate in parameters.flat_map(ReceiverParameters::parameters) {
         let sentence = match estimate {

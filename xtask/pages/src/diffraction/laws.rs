@@ -11,13 +11,13 @@ use sonel_diffraction::{Complex, EdgePath, Spectrum, Visibility, Wave, Wedge};
 use sonel_testkit::analytic::knife_edge::kirchhoff;
 
 /// Speed of sound of all figures [m/s].
-pub const SPEED: f64 = 343.0;
+pub(super) const SPEED: f64 = 343.0;
 /// Half the length of an edge without end [m].
 const ENDLESS: f64 = 1e4;
 
 /// Source and receiver about an edge at the origin [m]: across the screen, and up.
 #[derive(Debug, Clone, Copy)]
-pub struct Arrangement {
+pub(super) struct Arrangement {
     /// Before the screen.
     pub source: DVec2,
     /// Behind it.
@@ -26,7 +26,7 @@ pub struct Arrangement {
 
 /// Insertion losses in an octave [dB].
 #[derive(Debug, Clone, Copy)]
-pub struct Losses {
+pub(super) struct Losses {
     /// Fresnel number at the centre, negative in sight.
     pub fresnel: f64,
     /// By law, in the order of [`LAWS`]; none where a law has no answer.
@@ -34,11 +34,11 @@ pub struct Losses {
 }
 
 /// The laws, as figures call them.
-pub const LAWS: [&str; 5] = ["exact", "Kirchhoff", "Maekawa", "Kurze and Anderson", "the paper's v₁"];
+pub(super) const LAWS: [&str; 5] = ["exact", "Kirchhoff", "Maekawa", "Kurze and Anderson", "the paper's v₁"];
 
 impl Arrangement {
     /// Losses in the octave about `center_frequency` [Hz]: the exact one as a mean over the octave, the others at its centre.
-    pub fn losses(&self, center_frequency: f64) -> Losses {
+    pub(super) fn losses(&self, center_frequency: f64) -> Losses {
         let wavelength = SPEED / center_frequency;
         let fresnel = 2.0 * self.detour() / wavelength * if self.is_clear() { -1.0 } else { 1.0 };
         let by_law = [
@@ -52,7 +52,7 @@ impl Arrangement {
     }
 
     /// The way over the edge less the straight one [m].
-    pub fn detour(&self) -> f64 {
+    pub(super) fn detour(&self) -> f64 {
         self.source.length() + self.receiver.length() - self.source.distance(self.receiver)
     }
 

@@ -21,7 +21,7 @@ const AWAY: f64 = 10.0;
 const SWEPT: f64 = 4000.0;
 
 /// Computes the laws and rewrites plots and tables.
-pub fn run() -> Result<()> {
+pub(crate) fn run() -> Result<()> {
     for (file, sheet) in [("fresnel.svg", fresnel_sheet()), ("bands.svg", bands_sheet())] {
         let mut svg = Vec::new();
         plot::svg(&sheet, &mut svg).with_context(|| format!("cannot draw {file}"))?;

@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::{Condition, MODES};
 
 /// A level of one band with one number of sonels.
-pub struct Level {
+pub(super) struct Level {
     /// Sonels emitted in the band.
     pub sonels: f64,
     /// Nominal centre [Hz].
@@ -22,7 +22,7 @@ pub struct Level {
 }
 
 /// Levels of `mode` in the order of the sweep.
-pub fn levels(json: &Value, mode: &str) -> Result<Vec<Level>> {
+pub(super) fn levels(json: &Value, mode: &str) -> Result<Vec<Level>> {
     let figures = json["parameters"].as_array().context("the sweep has no figures")?;
     let wanted = figures.iter().filter(|f| f["setting"] == mode && f["parameter"] == "level_db");
     wanted
@@ -40,7 +40,7 @@ pub fn levels(json: &Value, mode: &str) -> Result<Vec<Level>> {
 }
 
 /// CPU seconds with one number of sonels.
-pub struct Time {
+pub(super) struct Time {
     /// As they were asked for.
     pub sonels: f64,
     /// Mean over repeats [s].
@@ -52,7 +52,7 @@ pub struct Time {
 }
 
 /// CPU seconds of a mode.
-pub struct Times {
+pub(super) struct Times {
     /// By number of sonels.
     pub points: Vec<Time>,
     /// At no sonels [s].
@@ -62,7 +62,7 @@ pub struct Times {
 }
 
 /// CPU seconds of `mode`, which emits `packets` for each sonel, for each of them.
-pub fn times(json: &Value, mode: &str, packets: f64) -> Result<Times> {
+pub(super) fn times(json: &Value, mode: &str, packets: f64) -> Result<Times> {
     let number = |value: &Value| value.as_f64().map(|value| value / packets).context("a time is missing");
     let of_mode = |list: &str, key: &str| -> Result<Vec<Value>> {
         let rows = json[list].as_array().with_context(|| format!("the sweep has no {list}"))?;
@@ -92,7 +92,7 @@ pub fn times(json: &Value, mode: &str, packets: f64) -> Result<Times> {
 }
 
 /// Figure 3 as CSV.
-pub fn levels_csv(conditions: &[Condition]) -> Result<String> {
+pub(super) fn levels_csv(conditions: &[Condition]) -> Result<String> {
     let mut text =
         "condition,mode,sonels,center_frequency_hz,level_db,half_width_db,standard_deviation_db\n".to_owned();
     for condition in conditions {
@@ -111,7 +111,7 @@ pub fn levels_csv(conditions: &[Condition]) -> Result<String> {
 }
 
 /// Figure 4 as CSV.
-pub fn times_csv(conditions: &[Condition]) -> Result<String> {
+pub(super) fn times_csv(conditions: &[Condition]) -> Result<String> {
     let mut text = "condition,mode,sonels,cpu_s,half_range_s,trace_cpu_s\n".to_owned();
     for condition in conditions {
         for (mode, packets) in MODES {
@@ -125,7 +125,7 @@ pub fn times_csv(conditions: &[Condition]) -> Result<String> {
 }
 
 /// Both as a table for the page, a line per condition and mode.
-pub fn markdown(conditions: &[Condition]) -> Result<String> {
+pub(super) fn markdown(conditions: &[Condition]) -> Result<String> {
     let mut text = String::from(
         "| condition | mode | level, mean over bands [dB] | half-width, fewest and most sonels [dB] | \
          tracing and rendering [µs per sonel] | tracing alone [µs per sonel] | without a sonel [s] |\n|---|---|---|---|---|---|---|\n",

@@ -15,7 +15,7 @@ const SCENE: &str = "scenes/hall/scene.toml";
 const README: &str = "scenes/hall/README.md";
 
 /// Rewrites the mesh and the figures in the README.
-pub fn run() -> Result<()> {
+pub(crate) fn run() -> Result<()> {
     let mesh = build();
     write(MESH, mesh.to_obj("Concert hall", "hall"))?;
     let figures = figures::markdown(&mesh, &quads::scene(SCENE)?)?;

@@ -7,13 +7,13 @@
 use crate::quads::grid::{Finish, Patch, Solid};
 
 /// Half the width of the hall at the stage's back wall [dm].
-pub const HALF_WIDTH: i32 = 110;
+pub(super) const HALF_WIDTH: i32 = 110;
 /// From the stage's back wall to the rear wall [dm].
-pub const LENGTH: i32 = 338;
+pub(super) const LENGTH: i32 = 338;
 /// Ceiling above the stage's back wall [dm].
-pub const CEILING: i32 = 120;
+pub(super) const CEILING: i32 = 120;
 /// Above this height the ceiling's tilt applies; nothing but walls crosses it [dm].
-pub const TILT_FROM: i32 = 102;
+pub(super) const TILT_FROM: i32 = 102;
 
 const STAGE_HALF_WIDTH: i32 = 80;
 const STAGE_DEPTH: i32 = 90;
@@ -34,7 +34,7 @@ const PARAPET_THICKNESS: i32 = 3;
 const SEAT_BLOCKS: [(i32, i32); 3] = [(-100, -50), (-38, 38), (50, 100)];
 
 /// What encloses the hall: floor, walls and ceiling as seen from inside.
-pub const SHELL: Finish = Finish { top: "audience_floor", side: "plaster", bottom: "ceiling" };
+pub(super) const SHELL: Finish = Finish { top: "audience_floor", side: "plaster", bottom: "ceiling" };
 
 const TERRACE: Finish = Finish { top: "audience_floor", side: "audience_floor", bottom: "plaster" };
 const SEATS: Finish = Finish { top: "seats", side: "seats", bottom: "seats" };
@@ -43,7 +43,7 @@ const PANELLED: Finish = Finish { top: "audience_floor", side: "panelling", bott
 const REFLECTOR: Finish = Finish { top: "plywood", side: "plywood", bottom: "plywood" };
 
 /// The solids, in painting order.
-pub fn solids() -> Vec<Solid> {
+pub(super) fn solids() -> Vec<Solid> {
     let mut solids = stage();
     solids.extend(stalls());
     solids.extend(balcony());
@@ -53,7 +53,7 @@ pub fn solids() -> Vec<Solid> {
 }
 
 /// Doors, and panelling on the stage's back wall.
-pub fn patches() -> Vec<Patch> {
+pub(super) fn patches() -> Vec<Patch> {
     let rear_sill = (STALLS_TERRACES - 1) * STALLS_RISE;
     let mut patches = vec![Patch {
         extent: [(-STAGE_HALF_WIDTH, STAGE_HALF_WIDTH), (0, 0), (STAGE_HEIGHT, TILT_FROM)],

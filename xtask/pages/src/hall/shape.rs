@@ -15,7 +15,7 @@ const TILT: f64 = 0.06;
 /// Position [m] of the grid vertex `[x, y, z]` [dm].
 ///
 /// All factors are short decimals, so five decimals in the file state the position exactly.
-pub fn place([x, y, z]: [i32; 3]) -> [f64; 3] {
+pub(super) fn place([x, y, z]: [i32; 3]) -> [f64; 3] {
     let [x, y, height] = [x, y, z].map(|v| f64::from(v) / 10.0);
     let above = f64::from((z - TILT_FROM).max(0)) / f64::from(CEILING - TILT_FROM);
     [x * (1.0 + SPLAY * y), y, height + TILT * y * above]

@@ -9,7 +9,7 @@ use sonel_scene::Scene;
 use super::mesh::QuadMesh;
 
 /// The figures as markdown, with materials and air of `scene`.
-pub fn markdown(mesh: &QuadMesh, scene: &Scene) -> Result<String> {
+pub(crate) fn markdown(mesh: &QuadMesh, scene: &Scene) -> Result<String> {
     let areas: Vec<_> = mesh.areas().into_iter().collect();
     let (volume, surface) = (mesh.volume(), areas.iter().map(|(_, area)| area).sum());
     let mut text = String::from("| | |\n|---|---|\n");

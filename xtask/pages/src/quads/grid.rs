@@ -5,7 +5,7 @@
 
 /// Materials of a solid's faces by the way they look; names are those of the scene file.
 #[derive(Clone, Copy)]
-pub struct Finish {
+pub(crate) struct Finish {
     pub top: &'static str,
     pub side: &'static str,
     pub bottom: &'static str,
@@ -13,34 +13,34 @@ pub struct Finish {
 
 impl Finish {
     /// One material on all sides.
-    pub const fn all(material: &'static str) -> Self {
+    pub(crate) const fn all(material: &'static str) -> Self {
         Self { top: material, side: material, bottom: material }
     }
 }
 
 /// A box, `[lo, hi]` per axis, in the unit of the grid.
-pub type Box3 = [(i32, i32); 3];
+pub(crate) type Box3 = [(i32, i32); 3];
 
 /// A solid box; later ones are painted over earlier ones.
-pub struct Solid {
+pub(crate) struct Solid {
     pub extent: Box3,
     pub finish: Finish,
 }
 
 /// A box without thickness: faces that lie in it get another material (doors, panelling).
-pub struct Patch {
+pub(crate) struct Patch {
     pub extent: Box3,
     pub material: &'static str,
 }
 
 /// A quad between solid and air: corners on the grid, counter-clockwise seen from the air.
-pub struct Face {
+pub(crate) struct Face {
     pub corners: [[i32; 3]; 4],
     pub material: &'static str,
 }
 
 /// Cells inside the lines' extent, air unless painted; everything outside is the shell.
-pub struct Grid {
+pub(crate) struct Grid {
     lines: [Vec<i32>; 3],
     cells: Vec<Option<Finish>>,
     shell: Finish,
@@ -48,7 +48,7 @@ pub struct Grid {
 
 impl Grid {
     /// Cuts the space `extent` at every bound of `solids` and `patches`, then paints the solids in order.
-    pub fn new(extent: Box3, shell: Finish, solids: &[Solid], patches: &[Patch]) -> Self {
+    pub(crate) fn new(extent: Box3, shell: Finish, solids: &[Solid], patches: &[Patch]) -> Self {
         let lines = std::array::from_fn(|axis| lines_along(axis, extent, solids, patches));
         let count = lines.iter().map(|l: &Vec<i32>| l.len() - 1).product();
         let mut grid = Self { lines, cells: vec![None; count], shell };
@@ -59,7 +59,7 @@ impl Grid {
     }
 
     /// Every face between a solid and an air cell.
-    pub fn faces(&self, patches: &[Patch]) -> Vec<Face> {
+    pub(crate) fn faces(&self, patches: &[Patch]) -> Vec<Face> {
         let [nx, ny, nz] = self.counts();
         let mut faces = Vec::new();
         for k in 0..nz {

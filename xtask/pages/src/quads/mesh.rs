@@ -6,7 +6,7 @@ use std::fmt::Write;
 use super::grid::Face;
 
 /// Quads over shared vertices.
-pub struct QuadMesh {
+pub(crate) struct QuadMesh {
     /// Positions [m].
     pub vertices: Vec<[f64; 3]>,
     /// Corner indices, counter-clockwise seen from the air, with the material's name.
@@ -15,7 +15,7 @@ pub struct QuadMesh {
 
 impl QuadMesh {
     /// Welds equal vertices of the grid, of which `place` gives the position [m]; quads are sorted by material.
-    pub fn weld(mut faces: Vec<Face>, place: impl Fn([i32; 3]) -> [f64; 3]) -> Self {
+    pub(crate) fn weld(mut faces: Vec<Face>, place: impl Fn([i32; 3]) -> [f64; 3]) -> Self {
         faces.sort_by_key(|f| (f.material, f.corners));
         let mut seen = BTreeMap::new();
         let mut vertices = Vec::new();
@@ -35,17 +35,17 @@ impl QuadMesh {
     }
 
     /// The quad's corners [m].
-    pub fn corners(&self, quad: &[usize; 4]) -> [[f64; 3]; 4] {
+    pub(crate) fn corners(&self, quad: &[usize; 4]) -> [[f64; 3]; 4] {
         quad.map(|i| self.vertices[i])
     }
 
     /// Enclosed air [m³], by the divergence theorem; positive if the normals point into it.
-    pub fn volume(&self) -> f64 {
+    pub(crate) fn volume(&self) -> f64 {
         -self.triangles().map(|([a, b, c], _)| dot(a, cross(b, c)) / 6.0).sum::<f64>()
     }
 
     /// Area [m²] by material.
-    pub fn areas(&self) -> BTreeMap<&'static str, f64> {
+    pub(crate) fn areas(&self) -> BTreeMap<&'static str, f64> {
         let mut areas = BTreeMap::new();
         for ([a, b, c], material) in self.triangles() {
             *areas.entry(material).or_insert(0.0) += 0.5 * length(cross(sub(b, a), sub(c, a)));
@@ -54,7 +54,7 @@ impl QuadMesh {
     }
 
     /// Both triangles of each quad.
-    pub fn triangles(&self) -> impl Iterator<Item = ([[f64; 3]; 3], &'static str)> {
+    pub(crate) fn triangles(&self) -> impl Iterator<Item = ([[f64; 3]; 3], &'static str)> {
         self.quads.iter().flat_map(|(quad, material)| {
             let [a, b, c, d] = self.corners(quad);
             [([a, b, c], *material), ([a, c, d], *material)]
@@ -62,7 +62,7 @@ impl QuadMesh {
     }
 
     /// Wavefront OBJ text of the room `title`, which `cargo pages PAGE` writes.
-    pub fn to_obj(&self, title: &str, page: &str) -> String {
+    pub(crate) fn to_obj(&self, title: &str, page: &str) -> String {
         let mut obj = format!(
             "# {title}, z up, metres. Written by `cargo pages {page}`; change the plan there, not this file.\n"
         );
@@ -92,7 +92,7 @@ fn decimal(value: f64) -> String {
 
 /// Directed edges that do not occur exactly once in each direction.
 #[cfg(test)]
-pub fn open_edges(mesh: &QuadMesh) -> usize {
+pub(crate) fn open_edges(mesh: &QuadMesh) -> usize {
     let mut seen: BTreeMap<(usize, usize), [u32; 2]> = BTreeMap::new();
     for (quad, _) in &mesh.quads {
         for i in 0..4 {
@@ -105,24 +105,24 @@ pub fn open_edges(mesh: &QuadMesh) -> usize {
 
 /// Largest distance [m] of a quad's fourth corner from the plane of the others.
 #[cfg(test)]
-pub fn warp(corners: [[f64; 3]; 4]) -> f64 {
+pub(crate) fn warp(corners: [[f64; 3]; 4]) -> f64 {
     let [a, b, c, d] = corners;
     let normal = cross(sub(b, a), sub(c, a));
     (dot(sub(d, a), normal) / length(normal)).abs()
 }
 
-pub fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(crate) fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-pub fn length(a: [f64; 3]) -> f64 {
+pub(crate) fn length(a: [f64; 3]) -> f64 {
     dot(a, a).sqrt()
 }

@@ -1,15 +1,15 @@
 //! Rooms of boxes: a rectilinear grid, its quads, and what is expected of them.
 
-pub mod figures;
-pub mod grid;
-pub mod mesh;
+pub(crate) mod figures;
+pub(crate) mod grid;
+pub(crate) mod mesh;
 
 use anyhow::{Context, Result};
 use sonel_scene::Scene;
 use xtask::workspace;
 
 /// The scene of a file named from the root.
-pub fn scene(path: &str) -> Result<Scene> {
+pub(crate) fn scene(path: &str) -> Result<Scene> {
     let folder = workspace::root().join(path);
     let folder = folder.parent().context("a scene file lies in a folder")?;
     let mut open = |mesh: &str| std::fs::read(folder.join(mesh));

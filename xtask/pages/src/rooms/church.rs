@@ -15,7 +15,7 @@ const EAVES: i32 = 100;
 const RIDGE: f64 = 4.0;
 
 /// The plan [dm]: x across, 0 on the axis, y from the chancel arch to the entrance, z up.
-pub fn plan() -> Plan {
+pub(super) fn plan() -> Plan {
     Plan {
         title: "Church",
         mesh: "scenes/church/church.obj",

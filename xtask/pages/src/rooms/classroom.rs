@@ -4,7 +4,7 @@ use super::{Plan, centimetres};
 use crate::quads::grid::{Finish, Patch, Solid};
 
 /// The plan [cm]: x from the board to the rear wall, y from the door to the windows, z up.
-pub fn plan() -> Plan {
+pub(super) fn plan() -> Plan {
     Plan {
         title: "Classroom",
         mesh: "scenes/classroom/classroom.obj",

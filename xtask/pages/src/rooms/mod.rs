@@ -53,7 +53,7 @@ fn plans() -> Vec<Plan> {
 }
 
 /// Rewrites the meshes and the figures.
-pub fn run() -> Result<()> {
+pub(crate) fn run() -> Result<()> {
     for plan in plans() {
         write(plan.mesh, plan.obj())?;
         if let Some(readme) = plan.readme {

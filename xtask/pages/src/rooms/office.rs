@@ -4,7 +4,7 @@ use super::{Plan, centimetres};
 use crate::quads::grid::{Finish, Patch, Solid};
 
 /// The scenes: without screens, with screens of 1.4 m, of 1.8 m.
-pub const SCENES: [&str; 3] =
+pub(super) const SCENES: [&str; 3] =
     ["scenes/office/scene.toml", "scenes/office/screens-1.4.toml", "scenes/office/screens-1.8.toml"];
 /// Middle of the line of workstations [cm].
 const LINE: i32 = 500;
@@ -16,7 +16,7 @@ const FIRST: i32 = 150;
 const WORKSTATIONS: i32 = 8;
 
 /// The plans [cm]: x along the line of workstations, y from the corridor to the windows, z up.
-pub fn plans() -> Vec<Plan> {
+pub(super) fn plans() -> Vec<Plan> {
     let of = |at: usize, title, mesh, height| Plan {
         title,
         mesh,

@@ -14,7 +14,7 @@ use glam::DVec3;
 use super::room::Face;
 
 /// The polygons of `text` with the names of their materials.
-pub fn faces(text: &str) -> Result<Vec<Face>> {
+pub(super) fn faces(text: &str) -> Result<Vec<Face>> {
     let mut file = File { lines: text.lines().enumerate(), line: 0 };
     let head = file.next_line().unwrap_or_default();
     ensure!(head.starts_with("AC3D"), "line 1: an AC3D file begins with AC3D, this one with {head:?}");

@@ -85,12 +85,12 @@ const AUDITORIUM: Site = Site {
 };
 
 /// CR2, the seminar room.
-pub fn seminar_room(folder: &Folder) -> Result<Room> {
+pub(super) fn seminar_room(folder: &Folder) -> Result<Room> {
     room(folder, &SEMINAR_ROOM)
 }
 
 /// CR4, the auditorium.
-pub fn auditorium(folder: &Folder) -> Result<Room> {
+pub(super) fn auditorium(folder: &Folder) -> Result<Room> {
     room(folder, &AUDITORIUM)
 }
 

@@ -11,7 +11,7 @@ use sonel_drawing::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
 use super::room::{Pairs, Room, Values};
 
 /// What packets say in one variant.
-pub struct Run {
+pub(super) struct Run {
     /// That of the variant.
     pub name: &'static str,
     pub title: &'static str,
@@ -47,13 +47,13 @@ struct Row {
 }
 
 /// The first line of the CSV file.
-pub fn csv_head(room: &Room) -> String {
+pub(super) fn csv_head(room: &Room) -> String {
     let columns: Vec<String> = octaves(room).iter().map(|octave| format!("at_{octave}_hz")).collect();
     format!("room,parameter,unit,setup,{},mean_size_jnd,mean_size_per_pair_jnd\n", columns.join(","))
 }
 
 /// Lines of the CSV file: measured values, under them the deviations of every run and those of simulations by others.
-pub fn csv(room: &Room, runs: &[Run]) -> String {
+pub(super) fn csv(room: &Room, runs: &[Run]) -> String {
     let measured = per_octave(room, &means(&room.measured));
     let mut text = String::new();
     for (quantity, (name, unit, decimals)) in quantities(room).into_iter().enumerate() {
@@ -69,13 +69,13 @@ pub fn csv(room: &Room, runs: &[Run]) -> String {
 }
 
 /// The head of the summary.
-pub fn summary_head() -> String {
+pub(super) fn summary_head() -> String {
     let headings = SETUPS.map(|(_, heading)| heading).join(" | ");
     format!("| room | | {headings} |\n|---|---|{}\n", "---|".repeat(SETUPS.len()))
 }
 
 /// Lines of the summary: mean sizes of the deviations, a line per parameter, a column per setup.
-pub fn summary(room: &Room, runs: &[Run]) -> Result<String> {
+pub(super) fn summary(room: &Room, runs: &[Run]) -> Result<String> {
     let mut text = String::new();
     for (quantity, (name, ..)) in quantities(room).into_iter().enumerate() {
         let title = if quantity == 0 { format!("{} ", room.title) } else { String::new() };
@@ -131,7 +131,7 @@ fn median_row(rows: &[Row]) -> Row {
 }
 
 /// Measured values and those of `runs` over frequency, a panel per quantity.
-pub fn drawing(room: &Room, runs: &[&Run]) -> Result<Vec<u8>> {
+pub(super) fn drawing(room: &Room, runs: &[&Run]) -> Result<Vec<u8>> {
     let measured = means(&room.measured);
     let ticks = octaves(room);
     let panel = |quantity: usize, name: String| {

@@ -25,7 +25,7 @@ const VARIANTS: [Variant; 4] = [
 ];
 
 /// The hall. Its walls cross and end on one another, so the mesh is not watertight; few packets leave.
-pub fn hall(folder: &Folder) -> Result<Room> {
+pub(super) fn hall(folder: &Folder) -> Result<Room> {
     let [corners, planes] = ["cornersCatt", "planesCatt"]
         .map(|sheet| folder.text(&format!("elmia_coordinates-{sheet}.csv"), ORIGIN));
     let corners = sheets::corners(&[corners?]);

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 
 /// What lies in a folder and below.
-pub struct Folder {
+pub(super) struct Folder {
     root: PathBuf,
     files: Vec<PathBuf>,
 }
 
 impl Folder {
     /// Lists the files.
-    pub fn open(root: &Path) -> Result<Self> {
+    pub(super) fn open(root: &Path) -> Result<Self> {
         let root = root.to_owned();
         ensure!(
             root.is_dir(),
@@ -27,7 +27,7 @@ impl Folder {
     }
 
     /// The text of the file whose path ends with `tail`; `origin` says where it comes from.
-    pub fn text(&self, tail: &str, origin: &str) -> Result<String> {
+    pub(super) fn text(&self, tail: &str, origin: &str) -> Result<String> {
         let path = self.files.iter().find(|path| path.ends_with(tail));
         let path = path.with_context(|| {
             format!(

@@ -10,7 +10,7 @@ const PACKETS: &str = "20k";
 const RAYS: &str = "8192";
 
 /// What packets say: a row per pair, sources first, a column per band.
-pub fn pairs(room: &Room, variant: &Variant) -> Result<Pairs> {
+pub(super) fn pairs(room: &Room, variant: &Variant) -> Result<Pairs> {
     let scene = room.write(variant)?;
     let [map, response] = ["sonelmap", "npz"].map(|ending| scene.replace("toml", ending));
     for leftover in [&map, &response] {

@@ -8,7 +8,7 @@ use xtask::workspace;
 
 /// A polygon of one material.
 #[derive(Debug)]
-pub struct Face {
+pub(super) struct Face {
     pub material: String,
     /// In the axes of the data set [m].
     pub corners: Vec<DVec3>,
@@ -16,23 +16,23 @@ pub struct Face {
 
 /// Coefficients of a material per band of the room.
 #[derive(Clone)]
-pub struct Material {
+pub(super) struct Material {
     pub name: String,
     pub absorption: Vec<f64>,
     pub scattering: Vec<f64>,
 }
 
 /// A named place [m].
-pub type Place = (&'static str, [f64; 3]);
+pub(super) type Place = (&'static str, [f64; 3]);
 
 /// Reverberation time [s], EDT [s], C80 [dB] and D50 (0 … 1).
-pub type Values = [f64; 4];
+pub(super) type Values = [f64; 4];
 
 /// Values of a source and a receiver per band, for all pairs or for the mean over them.
-pub type Pairs = Vec<Vec<Values>>;
+pub(super) type Pairs = Vec<Vec<Values>>;
 
 /// A room whose geometry, coefficients and measured parameters are published.
-pub struct Room {
+pub(super) struct Room {
     /// In options and file names.
     pub name: &'static str,
     /// In the page.
@@ -62,7 +62,7 @@ pub struct Room {
 }
 
 /// How a room is traced.
-pub struct Variant {
+pub(super) struct Variant {
     /// In file names.
     pub name: &'static str,
     /// In the table.
@@ -78,7 +78,7 @@ pub struct Variant {
 
 impl Variant {
     /// The published coefficients, and the effects that matter.
-    pub const PLAIN: Self = Self {
+    pub(super) const PLAIN: Self = Self {
         name: "plain",
         title: "published coefficients",
         estimate: 0,
@@ -90,7 +90,7 @@ impl Variant {
 
 impl Room {
     /// The scene file of a variant.
-    pub fn scene(&self, variant: &Variant) -> String {
+    pub(super) fn scene(&self, variant: &Variant) -> String {
         let width = if self.bands_per_octave == 3 { "third" } else { "octave" };
         let mut text = format!(
             "mesh = \"room.obj\"\nmesh_up = \"{}\"\nmesh_weld = 0.003\nduration_s = {:?}\n\n\
@@ -116,7 +116,7 @@ impl Room {
     }
 
     /// Writes scene and mesh below target; the name of the scene file.
-    pub fn write(&self, variant: &Variant) -> Result<String> {
+    pub(super) fn write(&self, variant: &Variant) -> Result<String> {
         let folder = format!("target/validate/{}", self.name);
         workspace::write(&format!("{folder}/room.obj"), obj(&self.faces))?;
         let scene = format!("{folder}/{}.toml", variant.name);
@@ -141,11 +141,11 @@ fn obj(faces: &[Face]) -> String {
 }
 
 #[cfg(test)]
-pub mod tests {
+pub(super) mod tests {
     use super::*;
 
     /// A cube of 2 m with thirds about 1 kHz.
-    pub fn cube() -> Room {
+    pub(crate) fn cube() -> Room {
         let corner =
             |index: usize| DVec3::new((index & 1) as f64, (index >> 1 & 1) as f64, (index >> 2) as f64) * 2.0;
         let sides = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];

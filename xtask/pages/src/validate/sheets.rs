@@ -11,10 +11,10 @@ use glam::DVec3;
 use super::room::{Face, Pairs};
 
 /// Octaves of both round robins [Hz].
-pub const BANDS: [f64; 6] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
+pub(super) const BANDS: [f64; 6] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
 
 /// The cells of a row; a cell in quotes may hold commas.
-pub fn cells(row: &str) -> Vec<String> {
+pub(super) fn cells(row: &str) -> Vec<String> {
     let mut cells = vec![String::new()];
     let mut is_quoted = false;
     for letter in row.chars() {
@@ -28,7 +28,7 @@ pub fn cells(row: &str) -> Vec<String> {
 }
 
 /// Places by number: rows "number, x, y, z" [m], empty cells ignored.
-pub fn corners(sheets: &[String]) -> BTreeMap<u32, DVec3> {
+pub(super) fn corners(sheets: &[String]) -> BTreeMap<u32, DVec3> {
     let row = |line: &str| {
         let cells = cells(line);
         cells[0].parse::<f64>().ok()?;
@@ -39,13 +39,17 @@ pub fn corners(sheets: &[String]) -> BTreeMap<u32, DVec3> {
 }
 
 /// Columns of a sheet of planes, its number in the first.
-pub struct Columns {
+pub(super) struct Columns {
     pub material: usize,
     pub corners: RangeFrom<usize>,
 }
 
 /// Number and polygon of every plane; cells after the last corner may hold remarks.
-pub fn planes(sheet: &str, columns: &Columns, corners: &BTreeMap<u32, DVec3>) -> Result<Vec<(u32, Face)>> {
+pub(super) fn planes(
+    sheet: &str,
+    columns: &Columns,
+    corners: &BTreeMap<u32, DVec3>,
+) -> Result<Vec<(u32, Face)>> {
     let mut planes = Vec::new();
     for row in sheet.lines().map(cells) {
         let Ok(number) = row[0].parse::<f64>() else { continue };
@@ -63,20 +67,20 @@ pub fn planes(sheet: &str, columns: &Columns, corners: &BTreeMap<u32, DVec3>) ->
 }
 
 /// An error where a value of `pairs` is missing.
-pub fn complete(pairs: Pairs) -> Result<Pairs> {
+pub(super) fn complete(pairs: Pairs) -> Result<Pairs> {
     ensure!(pairs.iter().flatten().flatten().all(|value| value.is_finite()), "a measured value is missing");
     Ok(pairs)
 }
 
 /// Which of the values of a pair a row is titled after, and its unit.
-pub fn quantity(title: &str) -> Option<(usize, f64)> {
+pub(super) fn quantity(title: &str) -> Option<(usize, f64)> {
     let quantities =
         [("T30/s", 0, 1.0), ("EDT/s", 1, 1.0), ("C/dB", 2, 1.0), ("C80/dB", 2, 1.0), ("D/%", 3, 0.01)];
     quantities.into_iter().find(|(name, ..)| *name == title).map(|(_, quantity, unit)| (quantity, unit))
 }
 
 /// The number in a cell; not a number where it has none.
-pub fn number(cell: Option<&String>) -> f64 {
+pub(super) fn number(cell: Option<&String>) -> f64 {
     cell.and_then(|cell| cell.parse().ok()).unwrap_or(f64::NAN)
 }
 

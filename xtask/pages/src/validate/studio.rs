@@ -33,7 +33,7 @@ struct State {
 }
 
 /// The studio with open curtains.
-pub fn with_open_curtains(folder: &Folder) -> Result<Room> {
+pub(super) fn with_open_curtains(folder: &Folder) -> Result<Room> {
     room(
         folder,
         &State {
@@ -46,7 +46,7 @@ pub fn with_open_curtains(folder: &Folder) -> Result<Room> {
 }
 
 /// The studio with closed curtains.
-pub fn with_closed_curtains(folder: &Folder) -> Result<Room> {
+pub(super) fn with_closed_curtains(folder: &Folder) -> Result<Room> {
     room(
         folder,
         &State {

@@ -12,7 +12,7 @@ const KEYS: [&str; 3] = ["t30_s", "early_decay_time_s", "strength_g_db"];
 
 /// How a room is traced.
 #[derive(Clone, Copy)]
-pub struct Variant {
+pub(super) struct Variant {
     /// In file names.
     name: &'static str,
     /// In tables.
@@ -21,13 +21,13 @@ pub struct Variant {
 }
 
 /// All ways to trace a room.
-pub const VARIANTS: [Variant; 2] = [
+pub(super) const VARIANTS: [Variant; 2] = [
     Variant { name: "packets", title: "uniform", is_locally_reacting: false },
     Variant { name: "angles", title: "locally reacting", is_locally_reacting: true },
 ];
 
 /// What packets say, per band of the room.
-pub fn rows(room: &Room, variant: Variant) -> Result<Vec<Row>> {
+pub(super) fn rows(room: &Room, variant: Variant) -> Result<Vec<Row>> {
     let scene = room.write(variant.name, variant.is_locally_reacting)?;
     let [map, response] = ["sonelmap", "npz"].map(|ending| scene.replace("toml", ending));
     for leftover in [&map, &response] {

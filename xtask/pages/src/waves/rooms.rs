@@ -10,7 +10,7 @@ use xtask::workspace;
 const FOLDER: &str = "target/waves";
 
 /// A room and how much work it is worth.
-pub struct Room {
+pub(super) struct Room {
     /// In options, file names and the table.
     pub name: &'static str,
     /// Octaves compared [Hz].
@@ -22,10 +22,10 @@ pub struct Room {
 }
 
 /// Octaves [Hz].
-pub const BANDS: &[f64] = &[63.0, 125.0, 250.0];
+pub(super) const BANDS: &[f64] = &[63.0, 125.0, 250.0];
 
 /// All rooms of the table.
-pub fn all() -> Result<Vec<Room>> {
+pub(super) fn all() -> Result<Vec<Room>> {
     let hall = Room {
         name: "hall",
         bands: BANDS,
@@ -91,12 +91,12 @@ position = [13.4, 12.9, 5.2]
 
 impl Room {
     /// Whether it is one of the boxes; else it is the hall.
-    pub fn is_box(&self) -> bool {
+    pub(super) fn is_box(&self) -> bool {
         self.name != "hall"
     }
 
     /// Writes scene and mesh below target; the name of the scene file.
-    pub fn write(&self, variant: &str, is_locally_reacting: bool) -> Result<String> {
+    pub(super) fn write(&self, variant: &str, is_locally_reacting: bool) -> Result<String> {
         let folder = format!("{FOLDER}/{}", self.name);
         let mut toml = self.toml.clone();
         if is_locally_reacting {
@@ -117,7 +117,7 @@ impl Room {
     }
 
     /// The compiled scene.
-    pub fn scene(&self) -> Result<Scene> {
+    pub(super) fn scene(&self) -> Result<Scene> {
         let file = self.write("packets", false)?;
         let folder = workspace::root().join(Path::new(&file).parent().expect("a file in a folder"));
         let loaded = sonel_scene::load(&self.toml, &file, &mut |mesh| std::fs::read(folder.join(mesh)));

@@ -6,14 +6,14 @@ use super::packets::VARIANTS;
 use super::{Columns, Row};
 
 /// The first line of the CSV file.
-pub const CSV_HEAD: &str = "room,band_hz,setup,t30_s,early_decay_time_s,strength_g_db\n";
+pub(super) const CSV_HEAD: &str = "room,band_hz,setup,t30_s,early_decay_time_s,strength_g_db\n";
 
 /// Lines of the summary: name, index in [`Row`], variant.
 const SHOWN: [(&str, usize, usize); 6] =
     [("G", 2, 0), ("G", 2, 1), ("EDT", 1, 0), ("EDT", 1, 1), ("T30", 0, 0), ("T30", 0, 1)];
 
 /// Lines of the CSV file: per band, waves first.
-pub fn csv(room: &str, bands: &[f64], columns: &Columns) -> String {
+pub(super) fn csv(room: &str, bands: &[f64], columns: &Columns) -> String {
     let setups: Vec<&str> = std::iter::once("waves").chain(VARIANTS.map(|variant| variant.title)).collect();
     let mut text = String::new();
     for (index, band) in bands.iter().enumerate() {
@@ -26,7 +26,7 @@ pub fn csv(room: &str, bands: &[f64], columns: &Columns) -> String {
 }
 
 /// Mean and root mean square of the deviations over `rooms`, a column per band.
-pub fn summary(bands: &[f64], rooms: &[Columns]) -> String {
+pub(super) fn summary(bands: &[f64], rooms: &[Columns]) -> String {
     let names: Vec<String> = bands.iter().map(|band| format!(" {band} Hz |")).collect();
     let rule = "---|".repeat(bands.len());
     let mut text = format!("| mean (rms) deviation from waves |{}\n|---|{rule}\n", names.concat());

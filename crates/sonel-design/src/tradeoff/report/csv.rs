@@ -78,7 +78,7 @@ pub fn parameters_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::
 }
 
 /// Settings and numbers of packets in order.
-pub fn pairs<'a>(findings: &'a Findings<'_>) -> impl Iterator<Item = (usize, u64)> + 'a {
+pub(super) fn pairs<'a>(findings: &'a Findings<'_>) -> impl Iterator<Item = (usize, u64)> + 'a {
     let sweep = &findings.tradeoff.sweep;
     (0..sweep.settings.len())
         .flat_map(move |setting| sweep.packets.iter().map(move |&packets| (setting, packets)))

@@ -29,7 +29,7 @@ const COLORS: [RGBColor; 7] = [
 ];
 
 /// A row with its legend.
-pub struct Row<'a> {
+pub(super) struct Row<'a> {
     panels: &'a [Panel],
     /// Name and mark of every entry.
     entries: Vec<(&'a str, Mark)>,
@@ -39,7 +39,7 @@ pub struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
-    pub fn new(panels: &'a [Panel]) -> Self {
+    pub(super) fn new(panels: &'a [Panel]) -> Self {
         let mut entries: Vec<(&str, Mark)> = Vec::new();
         for series in panels.iter().flat_map(|panel| &panel.series) {
             if entries.iter().all(|(name, _)| *name != series.name) {
@@ -54,7 +54,7 @@ impl<'a> Row<'a> {
         Self { panels, entries, legend, height: height.max(lines) }
     }
 
-    pub fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    pub(super) fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
         let (panels, legend) = area.split_horizontally(FINENESS * (WIDTH - self.legend));
         for (panel, area) in self.panels.iter().zip(panels.split_evenly((1, self.panels.len().max(1)))) {
             self.draw_panel(panel, &area)?;

@@ -28,7 +28,7 @@ const SOURCE: RGBColor = RGBColor(213, 94, 0);
 const SOURCE_MARK: u32 = 8;
 
 /// Plans and the places they take.
-pub struct PlanRow<'a> {
+pub(crate) struct PlanRow<'a> {
     plans: &'a Plans,
     scale: Ruler,
     /// Lower and upper corner of all plans [m].
@@ -42,7 +42,7 @@ pub struct PlanRow<'a> {
 }
 
 impl<'a> PlanRow<'a> {
-    pub fn new(plans: &'a Plans) -> Self {
+    pub(crate) fn new(plans: &'a Plans) -> Self {
         let values = plans.each.iter().flat_map(|plan| &plan.spots).filter_map(|spot| spot.value);
         let scale = Ruler::new(&plans.scale, values);
         let longest = scale.ticks.iter().map(|&tick| scale.label(tick).chars().count()).max().unwrap_or(0);
@@ -60,7 +60,7 @@ impl<'a> PlanRow<'a> {
         Self { plans, scale, extents, width, size, height }
     }
 
-    pub fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    pub(crate) fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
         let (plans, bar) = area.split_horizontally(FINENESS * self.width * self.plans.each.len() as u32);
         for (number, plan) in (0..).zip(&self.plans.each) {
             let (_, rest) = plans.split_horizontally(FINENESS * number * self.width);
