@@ -25,10 +25,10 @@ const READ: [Parameter; 9] = [
 
 /// What is run with every seed.
 #[derive(Clone, Copy)]
-pub struct Run {
-    pub emissions: u64,
-    pub band: usize,
-    pub estimator: Estimator,
+pub(crate) struct Run {
+    pub(crate) emissions: u64,
+    pub(crate) band: usize,
+    pub(crate) estimator: Estimator,
 }
 
 /// Widest half-width allowed, of that of the spread.
@@ -54,7 +54,7 @@ fn estimates(scene: &Scene, run: Run, seed: u64) -> Vec<(f64, [f64; 2])> {
         .collect()
 }
 
-pub fn check(scene: &Scene, run: Run) {
+pub(crate) fn check(scene: &Scene, run: Run) {
     check_with(scene, run, 0.8);
 }
 
