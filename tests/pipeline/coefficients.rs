@@ -124,7 +124,7 @@ fn everything_that_is_wrong_is_said() {
         (&fit("a.csv", "mine.toml"), &["exists and is not materials written by sonel-analyze"]),
         (&optimise("t20=1s", "walls=0.1:0.5"), &["is not a goal"]),
         (&optimise("t20=1s±5%@440", "walls=0.1:0.5"), &["no band of 440 Hz"]),
-        (&optimise("t20=1s±5%", "roof=0.1:0.5"), &["no material \"roof\"; it has walls, z0"]),
+        (&optimise("t20=1s±5%", "roof=0.1:0.5"), &["no material \"roof\"; it has \"walls\", \"z0\""]),
         (&optimise("t20=1s±5%", "walls=0.5:0.1"), &["not bounds of absorption"]),
         (&optimise("t20=1s±5%", "walls=marzipan"), &["marzipan"]),
     ] {

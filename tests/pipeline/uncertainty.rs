@@ -113,7 +113,7 @@ fn parameters_print_the_interval_of_the_materials_beside_that_of_the_simulation(
     assert!(table.contains("α ± 1.96 u of \"walls\" is cut at an end of its range"), "{table}");
 
     assert!(ask(&a, &other, &["0.05"]).unwrap_err().contains("was not rendered from"));
-    assert!(ask(&a, &map, &["roof=0.05"]).unwrap_err().contains("it has walls, z0"));
+    assert!(ask(&a, &map, &["roof=0.05"]).unwrap_err().contains("it has \"walls\", \"z0\""));
     assert!(ask(&a, &map, &["walls=0.05,0.1"]).unwrap_err().contains("the scene has 3 bands"));
     assert!(ask(&a, &map, &["walls=0.7"]).unwrap_err().contains("0 … 0.5"));
     assert!(ask(&a, &map, &["0.1", "--material-uncertainty", "0.2"]).unwrap_err().contains("given twice"));
