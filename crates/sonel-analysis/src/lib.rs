@@ -63,6 +63,6 @@ pub mod what_if;
 pub mod window;
 
 pub use decay::{DecayCurve, Echogram};
-pub use estimate::{Estimate, Interval, ParameterValue, Unsupported};
+pub use estimate::{Estimate, Interval, NoInterval, ParameterValue, Unsupported};
 pub use parameter::Parameter;
 pub use receiver::{BandParameters, ReceiverParameters, parameters};

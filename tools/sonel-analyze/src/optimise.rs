@@ -182,9 +182,23 @@ fn outcomes(found: &Proposal, goals: &[Goal], scene: &Scene) -> String {
 fn cell(estimate: &ParameterValue, factor: f64) -> String {
     match estimate {
         Err(reason) => reason.to_string(),
-        Ok(estimate) => {
-            let half = estimate.interval.as_ref().map_or(f64::NAN, |[low, high]| 0.5 * (high - low));
-            format!("{:.3} ±{:.3}", factor * estimate.value, factor * half)
-        }
+        Ok(estimate) => match &estimate.interval {
+            Ok([low, high]) => format!("{:.3} ±{:.3}", factor * estimate.value, 0.5 * factor * (high - low)),
+            Err(reason) => format!("{:.3}, {reason}", factor * estimate.value),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sonel_analysis::{Estimate, NoInterval};
+
+    use super::*;
+
+    #[test]
+    fn what_has_no_interval_says_why() {
+        let shown = |interval| cell(&Ok(Estimate::bare(0.5, interval)), 100.0);
+        assert_eq!(shown(Ok([0.45, 0.55])), "50.000 ±5.000");
+        assert!(shown(Err(NoInterval::OneBatch)).starts_with("50.000, the response holds one batch"));
     }
 }
