@@ -145,6 +145,7 @@ fn a_target_that_some_batches_keep_takes_no_more_of_them() {
     assert!(worst["half_width_jnd"].as_f64().unwrap() <= worst["limit_jnd"].as_f64().unwrap());
     let batches = until["batches"].as_u64().unwrap();
     assert!(batches < 32, "{until}");
+    assert!(until.get("rays_wanted").is_some() && until.get("packets_wanted").is_some(), "{until}");
     render(&folder, "a.sonelmap", "b.npz", &["--batches", &batches.to_string()]).unwrap();
     assert!(folder.bytes("a.npz") == folder.bytes("b.npz"), "{batches} batches");
 }

@@ -147,6 +147,9 @@ fn told(names: &Names, found: &Verdict, targets: &Targets, run: &Run<'_>, iterat
     told["rays"] = json!(run.settings.rays);
     told["batches"] = json!(run.renderer.batches());
     told["iterations"] = json!(iterations);
+    // Filled in where more of either would help.
+    told["rays_wanted"] = Value::Null;
+    told["packets_wanted"] = Value::Null;
     told
 }
 
