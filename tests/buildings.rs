@@ -127,6 +127,42 @@ impl Building {
         building
     }
 
+    /// The building of a seed with sheets on grid planes that begin at a wall or behind it and end in a room: free ends that go on where a wall ends,
+    /// niches, sheets through walls. They hide, and seal nothing that was open.
+    #[must_use]
+    pub fn with_free_ends(seed: u64) -> Self {
+        let mut building = Self::new(seed);
+        // What is turned has no grid planes.
+        let rooms = if seed % TURNED == TURNED - 1 { 0 } else { building.rooms.len() };
+        for room in 0..rooms {
+            let [low, high] = building.rooms[room].bounds;
+            let cells = ((high - low) / building.step).round();
+            let across = building.random.below(3);
+            let [along, up] = [(across + 1) % 3, (across + 2) % 3];
+            if cells[across] < 2.0 || cells[along] < 2.0 {
+                continue;
+            }
+            let mut from = low;
+            let mut to = high;
+            from[across] += building.step * (1 + building.random.below(cells[across] as usize - 1)) as f64;
+            to[across] = from[across];
+            to[along] =
+                low[along] + building.step * (1 + building.random.below(cells[along] as usize - 1)) as f64;
+            if building.random.below(2) == 0 && low[along] > 0.0 {
+                from[along] -= building.step;
+            }
+            let corner = |b: f64, c: f64| {
+                let mut corner = from;
+                (corner[along], corner[up]) = (b, c);
+                corner
+            };
+            let (b, c) = ([from[along], to[along]], [from[up], to[up]]);
+            let corners = [corner(b[0], c[0]), corner(b[1], c[0]), corner(b[1], c[1]), corner(b[0], c[1])];
+            crate::meshes::add_quad(&mut building.mesh, 0, corners);
+        }
+        building
+    }
+
     /// Turns it to where no plane is that of two axes, and moves it away from the origin.
     fn turn(&mut self) {
         let mut unit = || self.random.below(1000) as f64 / 1000.0;

@@ -138,3 +138,33 @@ pub fn wrong_path<'a>(
     }
     missing.first().map(|path| format!("{path:?} is missing"))
 }
+
+/// Pairs of source and receiver in buildings with [free ends](Building::with_free_ends) that are not one air, and those of them to which sound
+/// comes over edges, as sentences. Reflections are not sought: paths over edges need no packets.
+#[must_use]
+pub fn leaks_over_edges(seeds: std::ops::Range<u64>) -> (usize, Vec<String>) {
+    let of_building = |seed: u64| {
+        let mut building = Building::with_free_ends(seed);
+        let geometry = Geometry::build(building.mesh.clone()).expect("a building has walls");
+        let is_air = |place: &Place| geometry.check_place(place.position, &[]).is_ok();
+        let places: Vec<Place> =
+            (0..building.rooms.len()).filter_map(|room| building.place(room)).filter(is_air).collect();
+        let Some((source, receivers)) = places.split_first() else { return (0, Vec::new()) };
+        let sealed: Vec<Place> =
+            receivers.iter().filter(|place| !place.is_connected(source)).copied().collect();
+        if sealed.is_empty() {
+            return (0, Vec::new());
+        }
+        let scene = building.scene(source.position, &sealed, DURATION);
+        let settings = Settings { emissions: EMISSIONS, seed, ..Settings::default() };
+        let rendering = Traced::diffracting(scene, settings).render(RenderSettings::default());
+        let energy = |index: usize| fluence(&rendering, BINS, index, 0);
+        let leaks = sealed.iter().enumerate().filter(|(index, _)| energy(*index) > 0.0);
+        let said =
+            leaks.map(|(index, place)| format!("{seed}: {:e} from {source:?} to {place:?}", energy(index)));
+        (sealed.len(), said.collect())
+    };
+    let all: Vec<(usize, Vec<String>)> = seeds.into_par_iter().map(of_building).collect();
+    let pairs = all.iter().map(|(pairs, _)| pairs).sum();
+    (pairs, all.into_iter().flat_map(|(_, leaks)| leaks).collect())
+}

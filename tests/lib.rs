@@ -6,6 +6,7 @@ pub mod changed_box;
 pub mod coupled_door;
 pub mod effect_scenes;
 pub mod estimates;
+pub mod furniture;
 pub mod general_position;
 pub mod material_uncertainty;
 pub mod meshes;

@@ -12,6 +12,7 @@ use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
 use sonel_testkit::waves::{Places, WaveRoom, step};
+use sonel_tests::furniture::{errors, summary};
 use sonel_tests::{Traced, meshes};
 
 const CELL: f64 = 0.1;
@@ -168,4 +169,21 @@ fn twenty_arrangements_of_furniture_shade_as_waves_say() {
         assert!(squares[band].sqrt() < 1.5 && worst[band] < 3.0, "{} Hz: {worst:?}", OCTAVES[band]);
         assert!(without[band].sqrt() > 3.0, "direct sound alone is rejected");
     }
+}
+
+/// rms per octave from 63 Hz to 1 kHz over seven arrangements of several objects, a tenth above what docs/diffraction.md states [dB].
+const ALLOWED: [f64; 5] = [1.1, 2.7, 2.6, 1.6, 1.5];
+
+#[test]
+fn several_objects_shade_as_waves_say() {
+    let names = ["desks", "two-screens", "corner", "pillar", "door", "seats", "lectern"];
+    let all: Vec<_> = names.iter().flat_map(|name| errors(name, true)).collect();
+    let (rms, worst) = summary(&all);
+    println!("rms {rms:.2?}, worst {worst:.1} dB");
+    assert!(
+        rms.iter().zip(ALLOWED).all(|(rms, allowed)| *rms < allowed) && worst < 8.0,
+        "{rms:.2?} {worst:.1} dB"
+    );
+    let without: Vec<_> = names.iter().flat_map(|name| errors(name, false)).collect();
+    assert!(summary(&without).0.iter().all(|rms| *rms > 5.0), "silence is rejected");
 }

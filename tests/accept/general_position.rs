@@ -1,7 +1,7 @@
 //! The long campaign of random buildings: 10⁵ pairs of source and receiver, with every estimator.
 
 use sonel_renderer::Estimator;
-use sonel_tests::general_position::judged;
+use sonel_tests::general_position::{judged, leaks_over_edges};
 
 const BUILDINGS: u64 = 25_000;
 /// Buildings after which the campaign says how far it is.
@@ -24,4 +24,13 @@ fn nothing_passes_a_sealed_wall_and_no_image_is_lost_or_invented() {
         faults.into_iter().partition(|fault| fault.contains("images bring"));
     assert!(others.is_empty(), "{} faults in {pairs} pairs:\n{}", others.len(), others.join("\n"));
     assert!(of_energy.len() <= FLUSH_PAIRS, "of {pairs} pairs:\n{}", of_energy.join("\n"));
+}
+
+/// Ten thousand pairs behind sealed walls with free ends.
+#[test]
+fn no_edge_carries_sound_past_a_sealed_wall() {
+    let (pairs, leaks) = leaks_over_edges(1000..5000);
+    println!("{pairs} sealed pairs, {} leaks", leaks.len());
+    assert!(pairs > 10_000, "{pairs}");
+    assert!(leaks.is_empty(), "{}", leaks.join("\n"));
 }

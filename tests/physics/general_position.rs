@@ -10,7 +10,7 @@ use sonel_renderer::{DiscreteArrival, Estimator, RenderSettings};
 use sonel_scene::Scene;
 use sonel_testkit::analytic::specular_box::SpecularBox;
 use sonel_tests::buildings::Building;
-use sonel_tests::general_position::{DURATION, judged, wrong_path};
+use sonel_tests::general_position::{DURATION, judged, leaks_over_edges, wrong_path};
 use sonel_tests::specular_paths::{Mirrors, SpecularPath};
 use sonel_tests::{Traced, fluence};
 
@@ -23,6 +23,14 @@ fn nothing_passes_a_sealed_wall_and_no_image_is_lost_or_invented() {
     assert!(pairs > 280, "{pairs}");
     faults.extend(judged(0..BUILDINGS / 10, &[Estimator::Sphere], 0).1);
     assert!(faults.is_empty(), "{} faults:\n{}", faults.len(), faults.join("\n"));
+}
+
+/// Walls that go on beyond a corner, niches and sheets through walls have edges in both rooms, and none that joins them.
+#[test]
+fn no_edge_carries_sound_past_a_sealed_wall() {
+    let (pairs, leaks) = leaks_over_edges(0..80);
+    assert!(pairs > 100, "{pairs}");
+    assert!(leaks.is_empty(), "{} leaks:\n{}", leaks.len(), leaks.join("\n"));
 }
 
 /// Volumes are those of the rooms less their solids. One drawing in a thousand leaves open which of its boxes are solid.

@@ -12,6 +12,7 @@ mod directivity;
 mod effects;
 mod fit;
 mod free_field;
+mod furniture;
 mod general_position;
 mod gradient;
 mod gradient_edges;

@@ -77,6 +77,8 @@ struct Unfolded {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Secondary {
     index: f64,
+    /// Whether ν = ½.
+    is_rim: bool,
     /// ½ν(φ_i) less the nearest multiple of π: of the two direct terms and the two faces'.
     halves: [f64; 4],
     /// Their sines and cosines.
@@ -283,13 +285,20 @@ impl Secondary {
             half(PI - sum, visible.faces[0]),
             half(PI + sum, visible.faces[1]),
         ];
-        Self { turns: halves.map(libm::sincos), halves, index }
+        let is_rim = (index - 0.5).abs() <= f64::EPSILON;
+        Self { turns: halves.map(libm::sincos), halves, index, is_rim }
     }
 
     /// Σ β by wave, from sinh ½η: cosh νη − cos 2h = 2 (sinh² ½νη + sin² h).
     pub(crate) fn terms(&self, half_sine: Complex) -> [Complex; WAVES] {
-        let sine = (half_sine.inverse_hyperbolic_sine() * self.index).hyperbolic_sine();
-        let square = sine * sine;
+        let square = if self.is_rim {
+            // sinh² ¼η = ½ sinh² ½η/(1 + cosh ½η).
+            let square = half_sine * half_sine;
+            square * 0.5 / ((square + Complex::real(1.0)).sqrt() + Complex::real(1.0))
+        } else {
+            let sine = (half_sine.inverse_hyperbolic_sine() * self.index).hyperbolic_sine();
+            sine * sine
+        };
         let [a, b, first, second] = self
             .turns
             .map(|(sine, cosine)| Complex::real(sine * cosine) / (square + Complex::real(sine * sine)));

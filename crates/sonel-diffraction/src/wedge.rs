@@ -54,6 +54,20 @@ impl Wedge {
         Self { start: self.at(start), length: end - start, ..*self }
     }
 
+    /// Its mirror image, of which `image` maps points.
+    #[must_use]
+    pub fn mirrored(&self, image: impl Fn(DVec3) -> DVec3) -> Self {
+        let start = image(self.start);
+        let turned = |direction: DVec3| image(self.start + direction) - start;
+        Self {
+            start,
+            along: turned(self.along),
+            inward: turned(self.inward),
+            normal: turned(self.normal),
+            ..*self
+        }
+    }
+
     /// Angle of the air [rad].
     #[must_use]
     pub fn angle(&self) -> f64 {
@@ -101,6 +115,11 @@ impl Wedge {
         let offset = point - self.start;
         let along = offset.dot(self.along);
         WedgePoint { radius: (offset - self.along * along).length(), angle, along }
+    }
+
+    /// Distance along and from the line of the edge of any point, at no angle.
+    pub(crate) fn along_and_radius(&self, point: DVec3) -> WedgePoint {
+        self.in_plane(point, 0.0)
     }
 
     /// Where `point` is about the wedge; [`None`] where it is within the solid.

@@ -193,23 +193,10 @@ impl Renderer<'_> {
     /// Direct sound and the image sources of `image_sources` that are visible from the receiver, without edges.
     fn visible(&self, edges: &Edges, at: &ReceiverContext<'_>, emitted: &Emitted<'_>) -> Vec<VisibleWave> {
         let bands = self.table.bands();
-        let flat = |lanes: &[Lanes]| lanes.values().take(bands).collect::<Vec<f64>>();
         let mut visible = Vec::new();
         self.visit_visible(at, emitted, |found, energy| {
-            // Of an arc, the place that it begins at.
-            let position = if at.table.propagation().is_straight() {
-                at.receiver + found.towards * found.length
-            } else {
-                at.radiator.position
-            };
-            visible.push(VisibleWave {
-                place: edges.place(self.geometry, position, found),
-                length: found.length,
-                towards: found.towards,
-                order: found.order,
-                factor: flat(found.factor),
-                energy: flat(energy),
-            });
+            let ends = [at.radiator.position, at.receiver];
+            visible.push(edges.visible(self.geometry, ends, found, energy.values().take(bands).collect()));
         });
         visible
     }

@@ -1,36 +1,45 @@
-//! Selects the paths over edges that are computed: those with the largest energy bounds, within a budget.
+//! Selects the paths over edges that are computed: those with the largest energy bounds.
 //!
-//! A contribution is an image of the source, an edge or two edges of a convex face, and an image of the receiver. Its energy is at most about
-//! 1/(4 + 20 N) of the free field over its way, N the Fresnel number of the detour: the formula of [Maekawa1968] at its upper side, where half a
-//! plane takes 1/4 on the boundary and 1/(4π² N) far in shadow. Far from its boundary an edge shorter than the first Fresnel zone sends less, as its length squared. With a
-//! visible image source it interferes, by twice the product of the amplitudes, less over a band the more it turns there. Contributions are computed
-//! in the order of these bounds until the others are expected to bring less than [`DROPPED`] of what has been found, or the budget is spent.
-//! Interference is of random sign: its bounds are added as squares. Most contributions are invisible, the more the lower they rank: the others are
-//! expected to bring the same share of their bounds as the last few hundred.
+//! A contribution is an image of the source, an edge, two edges of a convex face or two other edges, and an image of the receiver. Its energy is at
+//! most about 1/(4 + 20 N) of the free field over its way for every edge, N the Fresnel number of the detour: the formula of [Maekawa1968] at its
+//! upper side, where half a plane takes 1/4 on the boundary and 1/(4π² N) far in shadow. Far from its boundary an edge shorter than the first Fresnel
+//! zone sends less, as its length squared. With a visible image source it interferes, by twice the product of the amplitudes, less over a band the
+//! more it turns there. Contributions are computed in the order of these bounds, all above [`LEAST`], others while what is left out is expected to
+//! change a band by more than [`AUDIBLE`]. Interference is of random sign: its bounds are added as squares. Most contributions are invisible, the
+//! more the lower they rank: the others are expected to bring the same share of their bounds as the last ones.
 
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
+use glam::DVec3;
+use sonel_diffraction::Wedge;
+
 use super::faces::Pair;
 use super::field::{Field, Key, Place};
 use super::images::{Image, Images};
-use super::visibility::nearest;
+use super::mirror::Mirror;
 use super::{ReceiverContext, RoomEdge, VisibleWave};
 
-/// Share of a receiver's energy in every band that is left out: 0.05 dB.
-const DROPPED: f64 = 0.0116;
 /// Least energy of a sum of contributions over the sum of their energies [1] that is counted on: they may interfere. Chosen, not measured;
 /// doubled, more is left out.
 const FOUND: f64 = 0.5;
-/// Most contributions of a receiver. Chosen, not measured: it bounds the time; doubled, receivers among many edges take twice as long.
-const BUDGET: usize = 1024;
+/// Most images on paths over two edges of different faces: more would be a thousand paths for every hundredth of a decibel. Chosen, not measured.
+const IMAGES_OF_TWO: u32 = 2;
+/// Most of these in bodies.
+const BODIES_OF_TWO: usize = 1;
 /// A contribution is computed where its bound is this share of a band's energy, 0.03 dB: so little an image source may step where an edge that is
 /// left out cuts it off. In eight rooms with four boxes each levels are 0.05 dB off, rms, and 0.3 at most (0.15 and 0.9 without edges); half of
 /// this changes neither, three times as much makes them 0.1 and 0.5. Over hidden direct sound it is the share of its loudest one.
 const LEAST: f64 = 0.007;
+/// Share of its bound by which a path over two different edges ranks: four times less is left out of others.
+const OF_TWO: f64 = 0.25;
+/// Fainter ones are computed while what is left out may bring this share of a band's energy, 0.3 dB,
+const AUDIBLE: f64 = 0.07;
+/// down to this share.
+const FAINTEST: f64 = 0.001;
 /// Number of the last contributions that give the ratio of energies to bounds. Chosen, not measured; doubled, the ratio follows the order of
 /// contributions later.
-const SURE: usize = 256;
+const SURE: usize = 64;
 /// Half the relative width of an octave [1], (√2 − 1/√2)/2: waves that turn against one another in it interfere no more.
 const HALF_BAND: f64 = 0.35;
 
@@ -40,7 +49,9 @@ pub(super) enum Over {
     /// An edge, by its index.
     Edge(usize),
     /// Two edges of a face.
-    Pair(Pair),
+    Face(Pair),
+    /// Two other edges.
+    Two([usize; 2]),
 }
 
 /// A way over edges.
@@ -51,6 +62,8 @@ pub(super) struct Contribution {
     /// Image of the receiver.
     pub to: usize,
     pub over: Over,
+    /// The floor between two edges, by its number.
+    pub floor: Option<usize>,
 }
 
 /// All contributions, the greatest first, and how much those still to come may bring.
@@ -66,8 +79,9 @@ pub(super) struct Ranked {
     /// Energies of the last that were computed per band: at most, and in truth [1/m²]. Each counts 1 − 1/[`SURE`] of the next.
     computed: Vec<[f64; 2]>,
     next: usize,
-    /// Number of contributions that may be computed.
+    /// Number of contributions above [`LEAST`] and above [`FAINTEST`].
     heavy: usize,
+    most: usize,
 }
 
 /// Searches for all contributions at a receiver.
@@ -89,7 +103,12 @@ struct Ends<'a> {
     is_visible: bool,
     /// The image source that is seen along it.
     place: Place,
+    /// The floor between two edges.
+    floor: Option<&'a Mirror>,
 }
+
+/// Numbers of an image of the source, one of the receiver, and of the floor between.
+type Between = (usize, usize, Option<usize>);
 
 /// The strongest wave of every image source.
 #[derive(Default)]
@@ -100,14 +119,14 @@ struct Strongest {
     /// Energies by image source and band [1/m²].
     energies: Vec<f64>,
     /// The ends that were added last.
-    last: Option<([usize; 2], usize)>,
+    last: Option<(Between, usize)>,
     /// The image source of every contribution.
     of_contribution: Vec<usize>,
 }
 
 impl Strongest {
     /// Adds a contribution between the images of two numbers.
-    fn add(&mut self, images: [usize; 2], ends: &Ends<'_>, bounds: &[[f64; 2]]) {
+    fn add(&mut self, images: Between, ends: &Ends<'_>, bounds: &[[f64; 2]]) {
         let number = match self.last {
             Some((last, number)) if last == images => number,
             _ => self.number(ends),
@@ -158,8 +177,9 @@ impl Search<'_> {
         self.visit(|contribution, ends, wedges| {
             contributions.push((contribution, contributions.len()));
             let first = bounds.len();
-            bounds.extend(self.bounds(ends, wedges));
-            strongest.add([contribution.from, contribution.to], ends, &bounds[first..]);
+            let is_pair = matches!(contribution.over, Over::Two(_));
+            bounds.extend(self.bounds(ends, wedges, is_pair));
+            strongest.add((contribution.from, contribution.to, contribution.floor), ends, &bounds[first..]);
         });
         strongest.interfere(&mut bounds);
         let mut rest = vec![[0.0; 2]; bands];
@@ -182,15 +202,18 @@ impl Search<'_> {
         let weigh = |(one, number): &(Contribution, usize)| {
             let whole = &whole[usize::from(is_direct(one))];
             let bounds = bounds[number * bands..][..bands].iter().zip(whole);
-            bounds.map(|(bound, whole)| (bound[0] + bound[1]) / whole).fold(0.0, f64::max)
+            let share = bounds.map(|(bound, whole)| (bound[0] + bound[1]) / whole).fold(0.0, f64::max);
+            // An edge cuts an image source off; what two different edges leave out is smaller and costs more.
+            if matches!(one.over, Over::Two(_)) { OF_TWO * share } else { share }
         };
         let mut weighed: Vec<(f64, (Contribution, usize))> =
             contributions.into_iter().map(|one| (weigh(&one), one)).collect();
         // Ties stay in the order in which they were found.
         weighed.sort_by(|one, other| other.0.total_cmp(&one.0));
-        let heavy = weighed.partition_point(|(weight, _)| *weight >= LEAST).min(BUDGET);
+        let [heavy, most] =
+            [LEAST, FAINTEST].map(|least| weighed.partition_point(|(weight, _)| *weight >= least));
         let contributions = weighed.into_iter().map(|(_, one)| one).collect();
-        Ranked { contributions, bounds, rest, found, computed: vec![[0.0; 2]; bands], next: 0, heavy }
+        Ranked { contributions, bounds, rest, found, computed: vec![[0.0; 2]; bands], next: 0, heavy, most }
     }
 
     /// Visits all contributions, with their ends and edges.
@@ -202,27 +225,63 @@ impl Search<'_> {
                 if source.order() + receiver.order() > order {
                     break;
                 }
-                let Some(ends) = self.ends(source, receiver) else { continue };
-                let contribution = |over| Contribution { from, to, over };
+                let Some(ends) = self.ends(source, receiver, None) else { continue };
+                let contribution = |over| Contribution { from, to, over, floor: None };
                 for (edge, of) in self.from.edges.all.iter().enumerate() {
-                    if source.edges[edge] && receiver.edges[edge] && lies_off(of, &ends) {
+                    if both(source.parts[edge], receiver.parts[edge]).is_some() && lies_off(of, &ends) {
                         visit(contribution(Over::Edge(edge)), &ends, [of; 2]);
                     }
                 }
                 for pair in &self.from.edges.pairs {
                     for pair in [*pair, pair.reversed()] {
                         let [first, last] = pair.edges;
-                        if source.edges[first] && receiver.edges[last] {
+                        if source.parts[first].is_some() && receiver.parts[last].is_some() {
                             let both = pair.edges.map(|edge| &self.from.edges.all[edge]);
-                            visit(contribution(Over::Pair(pair)), &ends, both);
+                            visit(contribution(Over::Face(pair)), &ends, both);
                         }
+                    }
+                }
+                let pairs = self.from.edges.over_floors.iter();
+                for (pair, floor) in pairs.filter(|_| source.order() + receiver.order() < order) {
+                    let [first, last] = pair.edges;
+                    if source.parts[first].is_some()
+                        && receiver.parts[last].is_some()
+                        && let Some(ends) = self.ends(source, receiver, Some(&self.from.edges.floors[*floor]))
+                    {
+                        let both = pair.edges.map(|edge| &self.from.edges.all[edge]);
+                        visit(
+                            Contribution { from, to, over: Over::Face(*pair), floor: Some(*floor) },
+                            &ends,
+                            both,
+                        );
+                    }
+                }
+                let bodies = [source, receiver].map(Image::mirrors_in_bodies).iter().sum::<usize>();
+                if source.order() + receiver.order() > IMAGES_OF_TWO || bodies > BODIES_OF_TWO {
+                    continue;
+                }
+                for &first in self.from.lit(from) {
+                    for &last in
+                        self.from.edges.partners[first].iter().filter(|&&last| self.to.is_lit(to, last))
+                    {
+                        let edges = [first, last];
+                        visit(
+                            contribution(Over::Two(edges)),
+                            &ends,
+                            edges.map(|edge| &self.from.edges.all[edge]),
+                        );
                     }
                 }
             }
         }
     }
 
-    fn ends<'a>(&self, source: &'a Image, receiver: &'a Image) -> Option<Ends<'a>> {
+    fn ends<'a>(
+        &self,
+        source: &'a Image,
+        receiver: &'a Image,
+        floor: Option<&'a Mirror>,
+    ) -> Option<Ends<'a>> {
         let radiator = &self.at.radiator;
         let factors = source.factor.iter().zip(&receiver.factor).enumerate();
         let factor: Vec<f64> =
@@ -230,10 +289,12 @@ impl Search<'_> {
         if factor.iter().all(|&factor| factor <= 0.0) {
             return None;
         }
-        let place = place(source, receiver);
+        let place =
+            place(self.from.all[0].position, source, floor.map_or(&[], std::slice::from_ref), receiver);
         let is_visible = self.field.find(&place).is_some();
-        let straight = source.position.distance(receiver.position);
-        Some(Ends { images: [source, receiver], factor, straight, is_visible, place })
+        let beyond = floor.map_or(receiver.position, |floor| floor.image(receiver.position));
+        let straight = source.position.distance(beyond);
+        Some(Ends { images: [source, receiver], factor, straight, is_visible, place, floor })
     }
 
     /// Upper bounds of what a contribution adds per band by itself [1/m²], and by interference with an amplitude of 1 [1/m]: a quarter of the
@@ -242,18 +303,33 @@ impl Search<'_> {
         &'a self,
         ends: &'a Ends<'_>,
         edges: [&'a RoomEdge; 2],
+        is_pair: bool,
     ) -> impl Iterator<Item = [f64; 2]> + 'a {
         let [from, to] = ends.images.map(|image| image.position);
-        let [first, last] = edges.map(|edge| &edge.wedge);
+        let image = |point: DVec3| ends.floor.map_or(point, |floor| floor.image(point));
+        let to = image(to);
+        let first = &edges[0].wedge;
+        let last = &ends.floor.map_or(edges[1].wedge, |_| edges[1].wedge.mirrored(image));
         // The same with both ends exchanged.
         let (near, far) = (nearest(first, from, to), nearest(last, from, to));
         let (before, behind) = (from.distance(near), far.distance(to));
         let length = before + near.distance(far) + behind;
         let excess = length - ends.straight;
         // Images in faces may be as near to their boundaries as they like: half of the field at most.
-        let in_faces = edges[0].faces.iter().chain(&edges[1].faces);
+        let in_faces = edges[0].faces.iter().chain(&edges[1].faces).filter(|_| ends.floor.is_none());
         let least = in_faces.map(|face| length - face.image(from).distance(to)).fold(excess, f64::min);
         let shortest = first.length().min(last.length());
+        let two = (!std::ptr::eq(edges[0], edges[1]))
+            .then(|| {
+                let apart = near.distance(far);
+                let of = |edge: &RoomEdge, before: f64, behind: f64, one: DVec3, other: DVec3| {
+                    let images =
+                        edge.faces.iter().map(|face| before + behind - face.image(one).distance(other));
+                    images.fold(before + behind - one.distance(other), f64::min)
+                };
+                [of(edges[0], before, apart, from, far), of(edges[1], apart, behind, near, to)]
+            })
+            .filter(|_| is_pair);
         let bands = self.from.edges.centres.iter().zip(self.at.attenuation).zip(&ends.factor);
         bands.map(move |((k, m), factor)| {
             let number = least.max(0.0) * k / PI;
@@ -261,7 +337,11 @@ impl Search<'_> {
             // Next to its boundary a wave comes from a shorter part of the edge.
             let short = (shortest * shortest / (zone * number.min(1.0)).max(f64::MIN_POSITIVE)).min(1.0);
             let air = libm::exp(-m * length);
-            let energy = factor * air * short / ((4.0 + 20.0 * number) * length * length);
+            let mut energy = factor * air * short / ((4.0 + 20.0 * number) * length * length);
+            if let Some([one, other]) = two {
+                let of = |excess: f64| 1.0 / (4.0 + 20.0 * excess.max(0.0) * k / PI);
+                energy = factor * air * of(one) * of(other) / (length * length);
+            }
             let turns = (1.0 / (HALF_BAND * k * excess.max(f64::MIN_POSITIVE))).min(1.0);
             [energy, 2.0 * energy.sqrt() * turns]
         })
@@ -271,7 +351,7 @@ impl Search<'_> {
 impl Ranked {
     /// The next contribution that has to be computed.
     pub(super) fn next(&mut self) -> Option<Contribution> {
-        if self.next >= self.heavy || self.dropped() <= DROPPED {
+        if self.next >= self.most || (self.next >= self.heavy && self.dropped() <= AUDIBLE) {
             return None;
         }
         let (contribution, number) = *self.contributions.get(self.next)?;
@@ -318,10 +398,12 @@ impl Ranked {
     }
 }
 
-/// Position of the image source that is seen past the edges between two images.
-pub(super) fn place(source: &Image, receiver: &Image) -> Place {
-    let planes = source.mirrors.iter().chain(&receiver.mirrors).map(|mirror| (mirror.plane, mirror.object));
-    Place::new(receiver.unfold(source.position), planes, Vec::new())
+/// The image source over walls alone of what is at `end` [m], that is seen past the edges between two images and over `faces` of the edges.
+pub(super) fn place(end: DVec3, source: &Image, faces: &[Mirror], receiver: &Image) -> Place {
+    let all = || source.mirrors.iter().chain(faces).chain(receiver.mirrors.iter().rev());
+    let walls = || all().filter(|mirror| mirror.is_wall());
+    let position = walls().fold(end, |point, mirror| mirror.image(point));
+    Place::new(position, walls().map(|mirror| mirror.plane), Vec::new())
 }
 
 /// Whether both ends see an edge from outside its solid.
@@ -329,4 +411,20 @@ fn lies_off(edge: &RoomEdge, ends: &Ends<'_>) -> bool {
     ends.images
         .iter()
         .all(|image| edge.faces.iter().any(|face| face.height(image.displaced) > 0.0) || edge.wedge.is_rim())
+}
+
+/// What is in both parts of an edge [m].
+pub(super) fn both(one: Option<[f64; 2]>, other: Option<[f64; 2]>) -> Option<[f64; 2]> {
+    let ([from, to], [other_from, other_to]) = (one?, other?);
+    let part = [from.max(other_from), to.min(other_to)];
+    (part[0] < part[1]).then_some(part)
+}
+
+/// Point of an edge on the shortest path between two positions [m].
+fn nearest(wedge: &Wedge, from: DVec3, to: DVec3) -> DVec3 {
+    let along = [from, to].map(|end| (end - wedge.at(0.0)).dot(wedge.direction()));
+    let near = from.distance(wedge.at(along[0]));
+    let far = to.distance(wedge.at(along[1]));
+    let share = if near + far > 0.0 { near / (near + far) } else { 0.5 };
+    wedge.at((along[0] + (along[1] - along[0]) * share).clamp(0.0, wedge.length()))
 }

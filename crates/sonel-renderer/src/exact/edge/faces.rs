@@ -1,8 +1,12 @@
 //! Pairs of edges of one convex face, which sound passes one after the other.
 
+use std::collections::HashSet;
+
 use glam::DVec3;
 
 use super::RoomEdge;
+use super::bodies::Bodies;
+use super::mirror::Mirror;
 
 /// Distance up to which positions are one corner or on a line [m]: conforming meshes share corners, the rest is rounding.
 const CORNER: f64 = 1e-6;
@@ -100,4 +104,48 @@ fn is_within(edges: &[RoomEdge], (border, face): Border, (other, _): Border) -> 
     let wedge = &edges[border].wedge;
     let inward = wedge.inward(face == 1);
     ends(&edges[other]).into_iter().all(|end| (end - wedge.at(0.0)).dot(inward) >= -CORNER)
+}
+
+/// The edges that sound may pass after each edge, but those of one face with it: both have a part in front of one another.
+#[must_use]
+pub(super) fn partners(edges: &[RoomEdge], pairs: &[Pair]) -> Vec<Vec<usize>> {
+    let of_faces: HashSet<[usize; 2]> =
+        pairs.iter().flat_map(|pair| [pair.edges, pair.reversed().edges]).collect();
+    let sees = |one: &RoomEdge, other: &RoomEdge| {
+        ends(other).iter().any(|end| one.wedge.locate(*end + other.off).is_some())
+    };
+    let is_partner = |i: usize, j: usize| {
+        let [one, other] = [&edges[i], &edges[j]];
+        i != j && !of_faces.contains(&[i, j]) && sees(one, other) && sees(other, one)
+    };
+    (0..edges.len()).map(|i| (0..edges.len()).filter(|&j| is_partner(i, j)).collect()).collect()
+}
+
+/// Pairs of edges of faces that stand on a floor: those of the face, and each edge with its own image.
+#[must_use]
+pub(super) fn over_floors(
+    edges: &[RoomEdge],
+    pairs: &[Pair],
+    bodies: &Bodies,
+    floors: &[Mirror],
+) -> Vec<(Pair, usize)> {
+    let with_itself =
+        |index: usize| [false, true].map(|second| Pair { edges: [index; 2], at_second: [second; 2] });
+    let of_sheet = |pair: &Pair| edges[pair.edges[0]].wedge.is_rim() && pair.at_second[0];
+    let all = pairs
+        .iter()
+        .flat_map(|pair| [*pair, pair.reversed()])
+        .chain((0..edges.len()).flat_map(with_itself).filter(|pair| !of_sheet(pair)));
+    let stands = |pair: &Pair, floor: &Mirror| {
+        let face = &edges[pair.edges[0]].faces[usize::from(pair.at_second[0])];
+        face.is_across(floor) && bodies.stands_on(face.body, floor.plane)
+    };
+    let on = |pair: Pair| {
+        floors
+            .iter()
+            .enumerate()
+            .filter(move |(_, floor)| stands(&pair, floor))
+            .map(move |(floor, _)| (pair, floor))
+    };
+    all.flat_map(on).collect()
 }

@@ -1,10 +1,14 @@
-//! The waves that reach a receiver, by the image source that each belongs to, and their energy.
+//! The waves that reach a receiver, by the image source over walls that each belongs to, and their energy.
 //!
-//! Over an edge come three waves ([`sonel_diffraction::EdgePath`]): one completes the image source that is seen past the edge, two the images of
-//! that in the faces of the edge. All waves of an image source are added coherently, with itself where it is visible: so nothing steps where it
-//! is cut off. Different image sources add by their energies, as in the rest of the room. In shadow, where neither an image in a face is visible
-//! nor its boundary near, its waves are those of a rigid face and are added coherently to the image source seen past the edge: with N the Fresnel
-//! number of the clearance from the boundary they pass from the one to the other with the amplitude N²/(N² + 0.04).
+//! Over an edge come three waves ([`sonel_diffraction::EdgePath`]): one completes what is seen past the edge, two the images of that in the faces of
+//! the edge. All waves of an image source over walls are added coherently, with itself where it is visible, and so is what bodies mirror and scatter
+//! of it: nothing steps where it is cut off. Different image sources add by their energies, as in the rest of the room. An image in a wall is one of
+//! its own; in shadow, where it is neither visible nor its boundary near, its waves are those of a rigid face and are added coherently to what is seen
+//! past the edge: with N the Fresnel number of the clearance from the boundary they pass from the one to the other with the amplitude
+//! N²/(N² + 0.04).
+//!
+//! Paths over two edges are not enough where many bodies stand in a row, as seats do under grazing sound: what all but the two strongest scatter
+//! together is limited to half of the free path ([`IN_A_ROW`], the best for rows and seats of docs/diffraction.md).
 //!
 //! What passes partitions is not in phase with what goes around them: it belongs to an image source of its own for every set of their materials.
 //!
@@ -14,7 +18,7 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use sonel_diffraction::{Cell, Complex, Wave};
+use sonel_diffraction::{Cell, Complex, WAVES, Wave};
 use sonel_geometry::PlaneId;
 
 use super::{EdgeArrival, Edges, VisibleWave};
@@ -26,6 +30,8 @@ const SAME_ARRIVAL: [f64; 2] = [10.0, 1.0];
 /// Fresnel number at which half of the amplitude of a hidden image in a face is added to that of the image source past the edge. The smaller it
 /// is the more is right in shadow.
 const HALF: f64 = 0.2;
+/// Amplitude over that of the free path that all bodies but the two strongest may scatter together [1].
+const IN_A_ROW: f64 = 0.5;
 /// Fresnel number that stands for infinity: shares N²/(N² + 0.04) are 1 to 4e-14.
 const FAR: f64 = 1e6;
 
@@ -34,8 +40,8 @@ const FAR: f64 = 1e6;
 pub(crate) struct Place {
     /// About the scene's centre [m].
     pub position: DVec3,
-    /// The planes and objects of its mirrors in ascending order, each that is met an odd number of times once.
-    planes: Vec<(PlaneId, u32)>,
+    /// The planes of its mirrors in ascending order, each that is met an odd number of times once.
+    planes: Vec<PlaneId>,
     /// Materials of the partitions between them, in ascending order.
     pub through: Vec<u32>,
 }
@@ -43,15 +49,16 @@ pub(crate) struct Place {
 impl Place {
     /// At `position` in `planes`, seen through partitions.
     #[must_use]
-    pub(crate) fn new(
-        position: DVec3,
-        planes: impl IntoIterator<Item = (PlaneId, u32)>,
-        through: Vec<u32>,
-    ) -> Self {
-        let mut planes: Vec<(PlaneId, u32)> = planes.into_iter().collect();
+    pub(crate) fn new(position: DVec3, planes: impl IntoIterator<Item = PlaneId>, through: Vec<u32>) -> Self {
+        let mut planes: Vec<PlaneId> = planes.into_iter().collect();
         planes.sort_unstable();
         let odd = planes.chunk_by(|one, other| one == other).filter(|run| run.len() % 2 == 1);
         Self { position, planes: odd.map(|run| run[0]).collect(), through }
+    }
+
+    /// Whether both are one but for `distance` [m], in the same planes.
+    fn is_at(&self, other: &Self, distance: f64) -> bool {
+        self.position.distance(other.position) <= distance && self.through == other.through
     }
 
     /// About the place.
@@ -62,38 +69,29 @@ impl Place {
 }
 
 /// A place in millimetres and planes, to tell most image sources from one another.
-pub(super) type Key = ([i64; 3], Vec<(PlaneId, u32)>);
+pub(super) type Key = ([i64; 3], Vec<PlaneId>);
 
-/// The way of sound over the edges of an object.
+/// The way of sound over edges.
 #[derive(Clone)]
 pub(super) struct Route {
-    /// The object of the edges.
-    pub object: u32,
     /// Factors of the directions of source and receiver on the amplitudes, per band.
     pub gain: Vec<f64>,
     /// The shortest way over the edges [m].
     pub way: f64,
     /// Unit direction from the receiver to where it comes from.
     pub towards: DVec3,
+    /// Index of the visible wave that it is, if it is one.
+    pub visible: Option<usize>,
+    /// The bodies whose edges it passes: none of what comes straight.
+    pub over: Vec<u32>,
 }
 
-/// Waves of one length.
-pub(super) struct Part {
-    /// The image source that is seen past the edges.
-    pub group: usize,
-    pub route: Route,
-    /// The length with which the amplitudes rotate [m].
-    pub length: f64,
-    /// Amplitudes of the wave past the edges, one a cell [1/m].
-    pub direct: Vec<Complex>,
-    /// Parts of the images in the faces.
-    pub faces: [FacePart; 2],
-}
+/// The faces of one edge on a path.
+pub(super) type Sides = [FaceSide; 2];
 
-/// Waves that complete the image in a face.
-pub(super) struct FacePart {
-    /// Image source of the face; none where nobody knows whether it is visible.
-    pub group: Option<usize>,
+/// The image in a face of what an edge is lit by.
+#[derive(Clone)]
+pub(super) struct FaceSide {
     /// √((1−α)(1−s)) of the face, per band.
     pub mirrored: Vec<f64>,
     /// Whether the receiver is in the shadow of the image behind the edge.
@@ -102,22 +100,20 @@ pub(super) struct FacePart {
     pub in_front: f64,
     /// Detour of the path over the edge against that to the image [m].
     pub excess: f64,
-    /// Amplitudes, one a cell [1/m].
-    pub terms: Vec<Complex>,
+    /// Whether the image is one of a body, which scatters as a whole.
+    pub is_of_body: bool,
 }
 
-/// The path of an image source as if nothing were in its way.
-pub(super) struct Path {
-    /// Amplitude at the receiver, of a source and a receiver that have no direction, per band [1/m].
-    pub free: Vec<f64>,
-    /// Factors of the directions.
-    pub gain: Vec<f64>,
-    /// Path length [m].
+/// Waves of one length over one edge or two.
+pub(super) struct Part {
+    pub route: Route,
+    /// The length with which the amplitudes rotate [m].
     pub length: f64,
-    /// The objects that block it, or that it misses as a mirror.
-    pub blocking: Vec<u32>,
-    /// Surfaces that it is mirrored in.
-    pub mirrors: Vec<u32>,
+    /// The faces of each edge.
+    pub sides: Vec<Sides>,
+    /// By the wave of the first edge and of the second one (past it, image in the first face, in the second): the image source that it belongs
+    /// to, none where nobody knows whether that is visible, and amplitudes, one a cell [1/m].
+    pub waves: Vec<(Option<usize>, Vec<Complex>)>,
 }
 
 /// A wave with the way that it has come.
@@ -132,9 +128,10 @@ struct Group {
     order: u32,
     /// Index of the visible wave.
     visible: Option<usize>,
-    path: Option<Path>,
-    /// Least excess over an edge of each object that cuts it off [m].
-    clearance: Vec<(u32, f64)>,
+    /// Least excess over an edge that cuts it off [m].
+    clearance: f64,
+    /// Amplitude of the free path, per band [1/m].
+    free: Vec<f64>,
     sent: Vec<Sent>,
 }
 
@@ -143,7 +140,9 @@ pub(super) struct Field<'a> {
     edges: &'a Edges,
     attenuation: &'a [f64],
     groups: Vec<Group>,
-    by_planes: HashMap<Vec<(PlaneId, u32)>, Vec<usize>>,
+    by_planes: HashMap<Vec<PlaneId>, Vec<usize>>,
+    /// Places of the visible waves over walls and bodies.
+    seen: HashMap<Vec<PlaneId>, Vec<Place>>,
     same_place: f64,
     parts: Vec<Part>,
 }
@@ -162,12 +161,27 @@ impl<'a> Field<'a> {
             attenuation,
             groups: Vec::new(),
             by_planes: HashMap::new(),
+            seen: HashMap::new(),
             same_place,
             parts: Vec::new(),
         };
         for (index, wave) in visible.iter().enumerate() {
+            field.seen.entry(wave.whole.planes.clone()).or_default().push(wave.whole.clone());
             let group = field.group(wave.place.clone(), wave.order);
-            field.groups[group].visible = Some(index);
+            if wave.bodies.is_empty() {
+                field.groups[group].visible = Some(index);
+            } else {
+                let gain = vec![1.0; attenuation.len()];
+                let route = Route {
+                    gain,
+                    way: wave.length,
+                    towards: wave.towards,
+                    visible: Some(index),
+                    over: Vec::new(),
+                };
+                let wave = field.visible(wave);
+                field.groups[group].sent.push(Sent { wave, route });
+            }
         }
         field
     }
@@ -175,11 +189,15 @@ impl<'a> Field<'a> {
     /// The group of the image source at `place`, if it has one.
     #[must_use]
     pub(super) fn find(&self, place: &Place) -> Option<usize> {
-        let is_there = |&&group: &&usize| {
-            let known = &self.groups[group].place;
-            known.position.distance(place.position) <= self.same_place && known.through == place.through
-        };
+        let is_there = |&&group: &&usize| self.groups[group].place.is_at(place, self.same_place);
         self.by_planes.get(&place.planes)?.iter().find(is_there).copied()
+    }
+
+    /// Whether a wave over walls and bodies seems to come from `place`.
+    #[must_use]
+    pub(super) fn sees(&self, place: &Place) -> bool {
+        let seen = self.seen.get(&place.planes);
+        seen.is_some_and(|seen| seen.iter().any(|known| known.is_at(place, self.same_place)))
     }
 
     /// The group of the image source at `place`.
@@ -191,31 +209,29 @@ impl<'a> Field<'a> {
                 place,
                 order,
                 visible: None,
-                path: None,
-                clearance: Vec::new(),
+                clearance: f64::INFINITY,
+                free: Vec::new(),
                 sent: Vec::new(),
             });
             group
         })
     }
 
-    /// Whether nobody has set the path of a group yet.
+    /// Whether the amplitude of the free path of a group is not known.
     #[must_use]
-    pub(super) fn lacks_path(&self, group: usize) -> bool {
-        self.groups[group].path.is_none()
+    pub(super) fn lacks_free(&self, group: usize) -> bool {
+        self.groups[group].free.is_empty()
     }
 
-    /// Sets the path of a group; nothing blocks one that is visible.
-    pub(super) fn set_path(&mut self, group: usize, path: Path) {
-        let group = &mut self.groups[group];
-        let blocking = if group.visible.is_some() { Vec::new() } else { path.blocking };
-        group.path = Some(Path { blocking, ..path });
+    /// Sets it, per band [1/m].
+    pub(super) fn set_free(&mut self, group: usize, free: Vec<f64>) {
+        self.groups[group].free = free;
     }
 
-    /// Whether `object` blocks the path of a group.
+    /// Whether the image source of a group is visible.
     #[must_use]
-    pub(super) fn is_blocked(&self, group: usize, object: u32) -> bool {
-        self.groups[group].path.as_ref().is_some_and(|path| path.blocking.contains(&object))
+    pub(super) fn is_visible(&self, group: usize) -> bool {
+        self.groups[group].visible.is_some()
     }
 
     /// Position of the image source of a group [m].
@@ -224,19 +240,15 @@ impl<'a> Field<'a> {
         self.groups[group].place.position
     }
 
-    /// Notes that an edge of `object` cuts the image source of a group off over which the way is longer by `excess` [m].
-    pub(super) fn keep_clear(&mut self, group: usize, object: u32, excess: f64) {
+    /// Notes that an edge cuts the image source of a group off over which the way is longer by `excess` [m].
+    pub(super) fn keep_clear(&mut self, group: usize, excess: f64) {
         let clearance = &mut self.groups[group].clearance;
-        match clearance.iter_mut().find(|(known, _)| *known == object) {
-            Some((_, least)) => *least = least.min(excess),
-            None => clearance.push((object, excess)),
-        }
+        *clearance = clearance.min(excess);
     }
 
-    /// The least of these [m].
-    fn clearance(&self, group: usize, object: u32) -> f64 {
-        let of_object = self.groups[group].clearance.iter().find(|(known, _)| *known == object);
-        of_object.map_or(f64::INFINITY, |(_, least)| *least)
+    /// Adds a wave that comes straight, or that a body mirrors.
+    pub(super) fn add_straight(&mut self, group: usize, wave: Wave, route: Route) {
+        self.groups[group].sent.push(Sent { wave, route });
     }
 
     /// Adds waves over edges.
@@ -259,173 +271,147 @@ impl<'a> Field<'a> {
 
     /// Gives the waves of a part to the groups that they belong to.
     fn share_out(&mut self, part: Part) {
-        let Part { group, route, length, mut direct, faces } = part;
-        let object = route.object;
-        let cells = self.edges.spectrum.cells();
-        for face in faces {
-            let is_visible = face.group.is_some_and(|group| !self.is_blocked(group, object));
-            let clearance = face.group.map_or(face.excess, |group| self.clearance(group, object));
-            let mut own = Vec::with_capacity(cells.len());
-            for ((sum, term), cell) in direct.iter_mut().zip(face.terms).zip(cells) {
-                let mirrored = face.mirrored[cell.band];
-                let shaded = |way: f64, half: f64| {
-                    let number = (way * cell.k / PI).min(FAR);
-                    let near = half * half / (half * half + number * number);
-                    1.0 - face.in_front * if face.is_dark || face.group.is_some() { near } else { 1.0 }
-                };
-                let rigid = if is_visible { 0.0 } else { shaded(clearance, HALF) };
-                // Far in its shadow a face is rigid.
-                let left = if face.is_dark { shaded(face.excess, 1.0) } else { 1.0 - face.in_front };
-                *sum += term * (rigid * (mirrored + (1.0 - mirrored) * left));
-                own.push(term * ((1.0 - rigid * rigid).sqrt() * mirrored));
-            }
-            if let Some(image) = face.group {
-                let wave = Wave { length, amplitude: own };
-                self.groups[image].sent.push(Sent { wave, route: route.clone() });
+        let Part { route, length, sides, mut waves } = part;
+        let columns = waves.len() / WAVES;
+        for (edge, sides) in sides.iter().enumerate() {
+            for (face, side) in (1..).zip(sides) {
+                // Of the waves of one edge, where those of the other one begin and how far they are apart.
+                let (step, others, other_step) =
+                    if edge == 0 { (columns, columns, 1) } else { (1, WAVES, columns) };
+                let shares = self.shares(side, waves[face * step].0);
+                for other in 0..others {
+                    let at = other * other_step;
+                    let terms = std::mem::take(&mut waves[at + face * step].1);
+                    let own = terms.iter().zip(&shares).map(|(term, (_, own))| *term * *own).collect();
+                    for ((sum, term), (joined, _)) in waves[at].1.iter_mut().zip(terms).zip(&shares) {
+                        *sum += term * *joined;
+                    }
+                    waves[at + face * step].1 = own;
+                }
             }
         }
-        let wave = Wave { length, amplitude: direct };
-        self.groups[group].sent.push(Sent { wave, route });
+        for (group, amplitude) in waves {
+            if let Some(group) = group {
+                let wave = Wave { length, amplitude };
+                self.groups[group].sent.push(Sent { wave, route: route.clone() });
+            }
+        }
+    }
+
+    /// Which shares of the wave of an image in a face join what is seen past the edge, and stay with the image, by cell.
+    fn shares(&self, side: &FaceSide, group: Option<usize>) -> Vec<(f64, f64)> {
+        let is_visible = group.is_some_and(|group| self.is_visible(group));
+        let clearance = group.map_or(side.excess, |group| self.groups[group].clearance);
+        let of = |cell: &Cell| {
+            let mirrored = side.mirrored[cell.band];
+            let shaded = |way: f64, half: f64| {
+                let number = (way * cell.k / PI).min(FAR);
+                let near = half * half / (half * half + number * number);
+                1.0 - side.in_front * if side.is_dark || group.is_some() { near } else { 1.0 }
+            };
+            let rigid = match (side.is_of_body, is_visible) {
+                (true, _) => 1.0,
+                (false, true) => 0.0,
+                (false, false) => shaded(clearance, HALF),
+            };
+            // Far in its shadow a face is rigid.
+            let left = if side.is_dark { shaded(side.excess, 1.0) } else { 1.0 - side.in_front };
+            (rigid * (mirrored + (1.0 - mirrored) * left), (1.0 - rigid * rigid).sqrt() * mirrored)
+        };
+        self.edges.spectrum.cells().iter().map(of).collect()
     }
 
     /// The energy of a group, shared out to the visible wave and to arrivals in proportion to what each brings alone.
     fn arrivals_at(&self, group: &Group, visible: &mut [VisibleWave]) -> Vec<EdgeArrival> {
         let together = SAME_ARRIVAL[usize::from(group.visible.is_some())];
-        let heard: Vec<Wave> = group.sent.iter().map(|sent| self.wave(sent, true)).collect();
-        let mut sent: Vec<(&Wave, f64, DVec3)> = heard
+        let counted = self.counted(group);
+        let heard: Vec<Wave> = group.sent.iter().map(|sent| self.wave(sent, &counted)).collect();
+        let mut sent: Vec<(&Wave, f64, DVec3, Option<usize>)> = heard
             .iter()
             .zip(&group.sent)
-            .map(|(wave, sent)| (wave, sent.route.way, sent.route.towards))
+            .map(|(wave, sent)| (wave, sent.route.way, sent.route.towards, sent.route.visible))
             .collect();
         let direct = group.visible.map(|index| self.visible(&visible[index]));
         if let (Some(index), Some(direct)) = (group.visible, &direct) {
-            sent.push((direct, 0.0, visible[index].towards));
+            sent.push((direct, 0.0, visible[index].towards, Some(index)));
         }
         sent.sort_by(|one, other| one.1.total_cmp(&other.1));
-        let mut energies: Vec<(f64, DVec3, Vec<f64>)> = Vec::new();
+        let mut energies: Vec<(f64, DVec3, Option<usize>, Vec<f64>)> = Vec::new();
         let mut first = 0;
         for next in 1..=sent.len() {
             let start = if first == 0 && direct.is_some() { sent[0].0.length } else { sent[first].1 };
-            if next == sent.len() || sent[next].1 > start + together {
+            if next == sent.len() || sent[next].3.is_some() || sent[next].1 > start + together {
                 let waves: Vec<&Wave> = sent[first..next].iter().map(|sent| sent.0).collect();
-                energies.push((start, sent[first].2, self.edges.spectrum.energy(&waves)));
+                energies.push((start, sent[first].2, sent[first].3, self.edges.spectrum.energy(&waves)));
                 first = next;
             }
         }
-        let total = self.total(group);
+        let whole: Vec<&Wave> = heard.iter().chain(&direct).collect();
+        let total = self.edges.spectrum.energy(&whole);
         for (band, total) in total.into_iter().enumerate() {
             let sum: f64 = energies.iter().map(|(.., energy)| energy[band]).sum();
             let gain = total / sum.max(f64::MIN_POSITIVE);
             energies.iter_mut().for_each(|(.., energy)| energy[band] *= gain);
         }
-        let mut energies = energies.into_iter().map(|(length, towards, energy)| EdgeArrival {
-            length,
-            towards,
-            order: group.order,
-            energy: energy.into_iter().map(|energy| energy / (4.0 * PI)).collect(),
-        });
-        if let Some(index) = group.visible
-            && let Some(first) = energies.next()
-        {
-            visible[index].energy = first.energy;
+        let mut arrivals = Vec::new();
+        for (length, towards, of_visible, energy) in energies {
+            let energy = energy.into_iter().map(|energy| energy / (4.0 * PI)).collect();
+            match of_visible {
+                Some(index) => visible[index].energy = energy,
+                None => arrivals.push(EdgeArrival { length, towards, order: group.order, energy }),
+            }
         }
-        energies.collect()
+        arrivals
     }
 
-    /// The energy of a group per band [1/m²]: that past the object which leaves least of it, times what other objects leave.
-    fn total(&self, group: &Group) -> Vec<f64> {
-        let path = group.path.as_ref().expect("waves have a path");
-        let mut objects: Vec<u32> = group.sent.iter().map(|sent| sent.route.object).collect();
-        objects.extend(&path.blocking);
-        objects.sort_unstable();
-        objects.dedup();
-        if let [object] = objects[..] {
-            return self.past_object(group, object, true);
+    /// How much scattering by each body counts, per band: with A the sum over all of them of amplitudes over that of the free path, 1 where that is
+    /// small and 1/A where many bodies stand in a row, of which paths over two are not enough.
+    fn counted(&self, group: &Group) -> Vec<f64> {
+        let bands = self.attenuation.len();
+        let mut bodies: Vec<&[u32]> =
+            group.sent.iter().map(|sent| &sent.route.over[..]).filter(|over| over.len() == 1).collect();
+        bodies.sort_unstable();
+        bodies.dedup();
+        if bodies.len() < 3 {
+            return vec![1.0; bands];
         }
-        let alone = self.edges.spectrum.energy(&[self.past(path, None, false)]);
-        let left = objects.iter().map(|&object| {
-            let energies = self.past_object(group, object, false).into_iter().zip(&alone);
-            energies.map(|(energy, alone)| energy / alone.max(f64::MIN_POSITIVE)).collect::<Vec<f64>>()
-        });
-        let left: Vec<Vec<f64>> = left.collect();
-        let sum = |number: &usize| left[*number].iter().sum::<f64>();
-        let least = (0..objects.len()).min_by(|a, b| sum(a).total_cmp(&sum(b))).expect("objects");
-        let past_one = self.past_object(group, objects[least], true).into_iter().enumerate();
-        past_one
-            .map(|(band, energy)| {
-                let of_band: Vec<(f64, u32)> =
-                    left.iter().zip(&objects).map(|(left, object)| (left[band], *object)).collect();
-                let of_all = self.combined(of_band, band);
-                energy * of_all / left[least][band].max(f64::MIN_POSITIVE)
+        let whole = vec![1.0; bands];
+        let of_body = |body: &&[u32]| {
+            let of_body = group.sent.iter().filter(|sent| sent.route.over == **body);
+            let waves: Vec<Wave> = of_body.map(|sent| self.wave(sent, &whole)).collect();
+            self.edges.spectrum.energy(&waves)
+        };
+        let energies: Vec<Vec<f64>> = bodies.iter().map(of_body).collect();
+        (0..bands)
+            .map(|band| {
+                let free = group.free.get(band).copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
+                let mut shares: Vec<f64> =
+                    energies.iter().map(|energies| energies[band].sqrt() / free).collect();
+                shares.sort_by(|one, other| other.total_cmp(one));
+                let others: f64 = shares.iter().skip(2).sum();
+                libm::pow(1.0 + libm::pow(others / IN_A_ROW, 8.0), -0.125)
             })
             .collect()
     }
 
-    /// What all objects leave of the energy in a band, of what each leaves: the two greatest gains count, the greatest loss, and the second one as far
-    /// as it does beside that.
-    fn combined(&self, mut left: Vec<(f64, u32)>, band: usize) -> f64 {
-        left.sort_by(|one, other| one.0.total_cmp(&other.0));
-        let gains: f64 = left.iter().rev().take(2).map(|(left, _)| left.max(1.0)).product();
-        let losses = match left[..] {
-            [] => 1.0,
-            [(only, _)] => only.min(1.0),
-            [(first, one), (second, other), ..] => {
-                let share = self.edges.objects.second([one, other], self.edges.centres[band]);
-                first.min(1.0) * libm::pow(second.min(1.0), share)
-            }
-        };
-        gains * losses
-    }
-
-    /// The energy of a group past one object alone, per band [1/m²]; `heard` by a source and a receiver with their directions or without.
-    fn past_object(&self, group: &Group, object: u32, heard: bool) -> Vec<f64> {
-        let path = group.path.as_ref().expect("waves have a path");
-        let sent = group.sent.iter().filter(|sent| sent.route.object == object);
-        let mut waves: Vec<Wave> = sent.map(|sent| self.wave(sent, heard)).collect();
-        waves.push(self.past(path, Some(object), heard));
-        self.edges.spectrum.energy(&waves)
-    }
-
-    /// A path straight past an `object`: a small one hides little of it and mirrors little.
-    fn past(&self, path: &Path, object: Option<u32>, heard: bool) -> Wave {
-        let amplitude = |cell: &Cell| {
-            let left = object.map_or(1.0, |object| {
-                let described = self.edges.objects.described(object, cell.k);
-                match (path.mirrors.contains(&object), path.blocking.contains(&object)) {
-                    (true, true) => 0.0,
-                    (true, false) => described,
-                    (false, true) => 1.0 - described,
-                    (false, false) => 1.0,
-                }
-            });
-            let gain = if heard { path.gain[cell.band] } else { 1.0 };
-            Complex::real(path.free[cell.band] * gain * left)
-        };
-        let amplitude = self.edges.spectrum.cells().iter().map(amplitude).collect();
-        Wave { length: path.length, amplitude }
-    }
-
-    /// A wave that has been sent, `heard` by a source and a receiver with their directions or without.
-    fn wave(&self, sent: &Sent, heard: bool) -> Wave {
+    /// A wave that has been sent, of which each body's part is `counted`.
+    fn wave(&self, sent: &Sent, counted: &[f64]) -> Wave {
         let Sent { wave, route } = sent;
-        let gain = |cell: &Cell| {
-            self.edges.objects.described(route.object, cell.k)
-                * if heard { route.gain[cell.band] } else { 1.0 }
-        };
         let cells = wave.amplitude.iter().zip(self.edges.spectrum.cells());
+        let gain =
+            |cell: &Cell| route.gain[cell.band] * libm::pow(counted[cell.band], route.over.len() as f64);
         let amplitude = cells.map(|(amplitude, cell)| *amplitude * gain(cell)).collect();
         Wave { length: wave.length, amplitude }
     }
 
-    /// A visible wave without edges.
+    /// A visible wave without edges: of what bodies mirror, the share that small ones do.
     fn visible(&self, wave: &VisibleWave) -> Wave {
-        let amplitude = |band: usize| {
-            (wave.factor[band] * libm::exp(-self.attenuation[band] * wave.length)).sqrt() / wave.length
+        let amplitude = |cell: &Cell| {
+            let energy = wave.factor[cell.band] * libm::exp(-self.attenuation[cell.band] * wave.length);
+            let mirrored: f64 =
+                wave.bodies.iter().map(|body| self.edges.bodies.described(*body, cell.k)).product();
+            Complex::real(energy.sqrt() / wave.length * mirrored)
         };
-        let cells = self.edges.spectrum.cells().iter();
-        Wave {
-            length: wave.length,
-            amplitude: cells.map(|cell| Complex::real(amplitude(cell.band))).collect(),
-        }
+        Wave { length: wave.length, amplitude: self.edges.spectrum.cells().iter().map(amplitude).collect() }
     }
 }

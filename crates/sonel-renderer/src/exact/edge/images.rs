@@ -5,17 +5,12 @@
 //! cached: straight ways in general position lead to places a hair off the edge, in the air about it.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
-use sonel_diffraction::WedgePoint;
 use sonel_geometry::{Crossed, Geometry, SurfaceId};
 use sonel_map::{BandValues, CoefficientTable, Lanes, lanes_of};
 
 use super::mirror::Mirror;
-use super::objects::SHELL;
-use super::visibility::stretches;
 use super::{Edges, RoomEdge};
 use crate::exact::mirror::tree::ImageTree;
 
@@ -27,7 +22,7 @@ const IMAGES_TIMES_EDGES: usize = 1 << 13;
 pub(super) const OFF_THE_MIRROR: f64 = 8.0;
 
 /// An end of a path, or its image in mirrors.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Image {
     /// The mirrors, the one next to the end of the path first.
     pub mirrors: Vec<Mirror>,
@@ -37,30 +32,11 @@ pub(super) struct Image {
     pub displaced: DVec3,
     /// ∏ (1−α)(1−s) of the mirrors, per band.
     pub factor: Vec<f64>,
-    /// Whether any part of each edge may be visible.
-    pub edges: Vec<bool>,
+    /// The part of each edge within its beam [m from the start of the edge].
+    pub parts: Vec<Option<[f64; 2]>>,
     /// Inward normals of the sides of the beam through the mirrors; all sides contain the image.
     sides: Vec<DVec3>,
 }
-
-/// Parts of an edge that are visible from an image.
-#[derive(Debug)]
-pub(super) struct View {
-    /// The image about the edge.
-    pub point: WedgePoint,
-    /// Visible parts, from the start of the edge [m].
-    pub parts: Vec<[f64; 2]>,
-    /// Other objects that it is seen past as if they were not there, in ascending order.
-    pub objects: Vec<u32>,
-    /// Materials of the partitions that it is seen through, in ascending order.
-    pub through: Vec<u32>,
-}
-
-/// Objects and materials of partitions.
-type Seen = (Vec<u32>, Vec<u32>);
-
-/// Views computed so far, by image and edge.
-type Views = HashMap<(usize, usize), Arc<Vec<View>>>;
 
 /// Images of one end.
 pub(crate) struct Images<'t> {
@@ -72,8 +48,10 @@ pub(crate) struct Images<'t> {
     pub(super) all: Vec<Image>,
     /// Up to which order they are complete.
     order: u32,
-    views: Mutex<Views>,
+    lit: Vec<std::sync::OnceLock<Vec<usize>>>,
 }
+
+const POINTS: u32 = 5;
 
 /// Most images that are affordable beside so many edges.
 pub(crate) fn most_images(edges: usize) -> usize {
@@ -81,6 +59,11 @@ pub(crate) fn most_images(edges: usize) -> usize {
 }
 
 impl Image {
+    /// Number of reflections in bodies.
+    pub(super) fn mirrors_in_bodies(&self) -> usize {
+        self.mirrors.iter().filter(|mirror| !mirror.is_wall()).count()
+    }
+
     /// Number of reflections.
     pub(super) fn order(&self) -> u32 {
         self.mirrors.len() as u32
@@ -128,15 +111,13 @@ impl<'t> Images<'t> {
             position: place,
             displaced,
             factor: vec![1.0; table.bands()],
-            edges: Vec::new(),
+            parts: Vec::new(),
             sides: Vec::new(),
         }];
         if let Some(tree) = tree {
             all.extend((0..tree.count(order)).map(|image| {
-                let mut mirrors: Vec<Mirror> = tree
-                    .mirrors(image)
-                    .map(|mirror| Mirror::new(geometry, edges.objects.of(mirror.0), mirror))
-                    .collect();
+                let mut mirrors: Vec<Mirror> =
+                    tree.mirrors(image).map(|mirror| Mirror::new(geometry, &edges.bodies, mirror)).collect();
                 mirrors.reverse();
                 let factor = (0..table.bands()).map(|band| {
                     let of = |mirror: &Mirror| table.mean_row(mirror.surface).specular.energy.band(band);
@@ -147,16 +128,17 @@ impl<'t> Images<'t> {
                     position: tree.positions(image)[0],
                     displaced: tree.positions(image)[1],
                     sides: tree.sides(image).to_vec(),
-                    edges: Vec::new(),
+                    parts: Vec::new(),
                     mirrors,
                 }
             }));
         }
         let least = OFF_THE_MIRROR * f64::from(geometry.resolution());
         for image in &mut all {
-            image.edges = edges.all.iter().map(|edge| image.within_beam(edge, least).is_some()).collect();
+            image.parts = edges.all.iter().map(|edge| image.within_beam(edge, least)).collect();
         }
-        Self { edges, geometry, table, tree, all, order, views: Mutex::default() }
+        let lit = all.iter().map(|_| std::sync::OnceLock::new()).collect();
+        Self { edges, geometry, table, tree, all, order, lit }
     }
 
     /// Up to which order they are complete.
@@ -165,63 +147,130 @@ impl<'t> Images<'t> {
         self.order
     }
 
-    /// Parts of an edge that are visible from an image, those through the same partitions together.
+    /// Edges of which something may be visible from an image.
     #[must_use]
-    pub(super) fn views(&self, image: usize, edge: usize) -> Arc<Vec<View>> {
-        let views = || self.views.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = views().get(&(image, edge)) {
-            return known.clone();
-        }
-        let seen = Arc::new(self.look(image, edge).unwrap_or_default());
-        views().insert((image, edge), seen.clone());
-        seen
+    pub(super) fn lit(&self, image: usize) -> &[usize] {
+        self.lit[image].get_or_init(|| {
+            let edges = self.edges.all.iter().enumerate();
+            let is_lit = |(index, edge): &(usize, &RoomEdge)| {
+                let Some([from, to]) = self.all[image].parts[*index] else { return false };
+                (0..POINTS).any(|point| {
+                    let share = (f64::from(point) + 0.5) / f64::from(POINTS);
+                    self.sees(image, edge.wedge.at(from + (to - from) * share) + edge.off, &[edge.body()])
+                        .is_some()
+                })
+            };
+            edges.filter(is_lit).map(|(index, _)| index).collect()
+        })
     }
 
-    fn look(&self, image: usize, index: usize) -> Option<Vec<View>> {
-        let (of, edge) = (&self.all[image], &self.edges.all[index]);
-        let within = of.within_beam(edge, OFF_THE_MIRROR * f64::from(self.geometry.resolution()))?;
-        let part = edge.wedge.between(within);
-        let point = edge.wedge.locate(of.displaced)?;
-        let seen = stretches(&part, |place| self.seen_past(image, edge, place));
-        let view = |((objects, through), parts): (Seen, Vec<[f64; 2]>)| {
-            let parts = parts.into_iter().map(|part| part.map(|along| along + within[0])).collect();
-            View { point, parts, objects, through }
-        };
-        Some(seen.into_iter().map(view).collect())
+    /// Whether something of an edge may be visible from an image.
+    #[must_use]
+    pub(super) fn is_lit(&self, image: usize, edge: usize) -> bool {
+        self.lit(image).binary_search(&edge).is_ok()
     }
 
-    /// The other objects on the way from the end over the mirrors of an image to `place` on `edge`, and the materials of the partitions on it; [`None`]
-    /// where something else is on it. Its own object is opaque to an edge.
-    fn seen_past(&self, image: usize, edge: &RoomEdge, place: DVec3) -> Option<Seen> {
-        let (geometry, objects_of) = (self.geometry, &self.edges.objects);
-        let (mut passed, mut objects) = (Vec::new(), Vec::new());
-        let place = place + edge.off;
-        let ignored = |face: &Crossed| {
-            let is_own = edge.faces.iter().any(|own| own.surface == face.surface);
-            if !is_own && self.table.mean_row(face.surface).is_partition {
-                passed.push(*face);
-                return true;
-            }
-            let object = objects_of.of(face.surface);
-            objects.push(object);
-            object != SHELL && object != edge.object
-        };
+    /// What is passed between the end, over the mirrors of an image, and `place` [m], by sound that the bodies `own` scatter; [`None`] where
+    /// something is between that nothing passes.
+    #[must_use]
+    pub(super) fn sees(&self, image: usize, place: DVec3, own: &[u32]) -> Option<Passed> {
+        let mut leg = Leg { images: self, own, partitions: Vec::new(), bodies: Vec::new() };
         let is_seen = match self.tree {
-            Some(tree) if image > 0 => tree.is_clear(geometry, image - 1, place, ignored),
-            _ => {
-                let mut ignored = ignored;
-                !geometry.visit_between([self.all[0].displaced, place], None, |face| !ignored(&face))
+            Some(tree) if image > 0 => {
+                tree.is_clear(self.geometry, image - 1, place, |face| leg.passes(face))
             }
+            _ => leg.is_clear([self.all[0].displaced, place]),
         };
-        objects.sort_unstable();
-        objects.dedup();
-        is_seen.then(|| (objects, materials_of(geometry, passed)))
+        is_seen.then(|| leg.passed())
+    }
+
+    /// Likewise between two places [m].
+    #[must_use]
+    pub(super) fn between(&self, places: [DVec3; 2], own: &[u32]) -> Option<Passed> {
+        let mut leg = Leg { images: self, own, partitions: Vec::new(), bodies: Vec::new() };
+        leg.is_clear(places).then(|| leg.passed())
+    }
+
+    /// Likewise over a mirror between them.
+    #[must_use]
+    pub(super) fn over(&self, floor: &Mirror, [from, to]: [DVec3; 2], own: &[u32]) -> Option<Passed> {
+        let image = floor.image(to);
+        let share = floor.height(from) / (floor.height(from) - floor.height(image));
+        if !(0.0..1.0).contains(&share) {
+            return None;
+        }
+        let mut leg = Leg { images: self, own, partitions: Vec::new(), bodies: Vec::new() };
+        let mut is_mirrored = false;
+        let is_hidden = self.geometry.visit_between([from, image], None, |face| {
+            is_mirrored |= face.plane == floor.plane;
+            face.plane != floor.plane && face.share < share && !leg.passes(&face)
+        });
+        let meets = from.lerp(image, share);
+        let is_clear = !is_hidden
+            && is_mirrored
+            && !self.geometry.visit_between([meets, to], Some(floor.plane), |face| !leg.passes(&face));
+        is_clear.then(|| leg.passed())
     }
 
     /// The direction in which sound leaves the end over an image for `place` [m].
     #[must_use]
     pub(super) fn leaving(&self, image: usize, place: DVec3) -> DVec3 {
         self.all[image].unfold(place) - self.all[0].position
+    }
+}
+
+/// What sound passes on its way.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Passed {
+    /// Materials of partitions, in ascending order.
+    pub through: Vec<u32>,
+    /// Bodies that are small beside the longest wave.
+    pub bodies: Vec<u32>,
+}
+
+impl Passed {
+    /// Adds what is passed later.
+    pub(super) fn extend(&mut self, other: Self) {
+        self.through.extend(other.through);
+        self.through.sort_unstable();
+        self.bodies.extend(other.bodies);
+        self.bodies.sort_unstable();
+        self.bodies.dedup();
+    }
+}
+
+/// A straight piece of a way, while what it passes is found.
+struct Leg<'a> {
+    images: &'a Images<'a>,
+    /// Bodies that are not passed because they scatter the sound.
+    own: &'a [u32],
+    partitions: Vec<Crossed>,
+    bodies: Vec<u32>,
+}
+
+impl Leg<'_> {
+    fn is_clear(&mut self, places: [DVec3; 2]) -> bool {
+        !self.images.geometry.visit_between(places, None, |face| !self.passes(&face))
+    }
+
+    /// Whether sound passes a face.
+    fn passes(&mut self, face: &Crossed) -> bool {
+        if self.images.table.mean_row(face.surface).is_partition {
+            self.partitions.push(*face);
+            return true;
+        }
+        let body = self.images.edges.bodies.of(face.surface);
+        let is_passed = self.images.edges.is_small(body) && !self.own.contains(&body);
+        if is_passed {
+            self.bodies.push(body);
+        }
+        is_passed
+    }
+
+    fn passed(mut self) -> Passed {
+        self.bodies.sort_unstable();
+        self.bodies.dedup();
+        Passed { through: materials_of(self.images.geometry, self.partitions), bodies: self.bodies }
     }
 }
 
@@ -256,21 +305,6 @@ impl Image {
             direction -= 2.0 * direction.dot(normal) * normal;
         }
         Cow::Owned(product)
-    }
-}
-
-impl View {
-    /// The longest visible part [m].
-    pub(super) fn longest(&self) -> [f64; 2] {
-        let length = |part: &&[f64; 2]| part[1] - part[0];
-        *self.parts.iter().max_by(|a, b| length(a).total_cmp(&length(b))).expect("a view has parts")
-    }
-
-    /// The parts that are visible in `other` as well [m].
-    pub(super) fn common<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = [f64; 2]> + 'a {
-        let both =
-            |one: &'a [f64; 2]| other.parts.iter().map(|other| [one[0].max(other[0]), one[1].min(other[1])]);
-        self.parts.iter().flat_map(both).filter(|[from, to]| from < to)
     }
 }
 

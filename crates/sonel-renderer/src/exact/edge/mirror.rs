@@ -3,6 +3,8 @@
 use glam::DVec3;
 use sonel_geometry::{Geometry, PlaneId, Side, SurfaceId};
 
+use super::bodies::{Bodies, WALL};
+
 /// Cosine up to which an angle is a right one: above rounding of normals in double precision.
 const RIGHT: f64 = 1e-9;
 
@@ -11,8 +13,8 @@ const RIGHT: f64 = 1e-9;
 pub(super) struct Mirror {
     pub plane: PlaneId,
     pub surface: SurfaceId,
-    /// The object that it belongs to.
-    pub object: u32,
+    /// The body that it belongs to.
+    pub body: u32,
     /// Unit normal into the air.
     normal: DVec3,
     /// normal · x of its points, about the scene's centre [m].
@@ -20,13 +22,25 @@ pub(super) struct Mirror {
 }
 
 impl Mirror {
-    /// A surface of an object, seen from one side.
+    /// A surface seen from one side.
     #[must_use]
-    pub(super) fn new(geometry: &Geometry, object: u32, (surface, side): (SurfaceId, Side)) -> Self {
+    pub(super) fn new(geometry: &Geometry, bodies: &Bodies, (surface, side): (SurfaceId, Side)) -> Self {
         let of = geometry.surface(surface);
         let normal = of.normal * side.sign();
         let offset = side.sign() * (of.offset - of.normal.dot(geometry.center()));
-        Self { plane: of.plane, surface, object, normal, offset }
+        Self { plane: of.plane, surface, body: bodies.of(surface), normal, offset }
+    }
+
+    /// Whether it is a wall.
+    #[must_use]
+    pub(super) fn is_wall(&self) -> bool {
+        self.body == WALL
+    }
+
+    /// Unit normal into the air.
+    #[must_use]
+    pub(super) fn normal(&self) -> DVec3 {
+        self.normal
     }
 
     /// Height of `point` above the plane, positive in the air [m].
@@ -41,7 +55,7 @@ impl Mirror {
         point - 2.0 * self.height(point) * self.normal
     }
 
-    /// Whether both are at right angles: the image in both is that in either order.
+    /// Whether both are at right angles, but for rounding.
     #[must_use]
     pub(super) fn is_across(&self, other: &Self) -> bool {
         self.normal.dot(other.normal).abs() <= RIGHT

@@ -1,40 +1,40 @@
 //! L E R and L S E R: diffraction of direct sound and image sources at edges.
 //!
-//! One rule: an image of the source × an edge × an image of the receiver, at any order of images, and the same with two edges of a convex face in
-//! the place of the edge. Both ends see a part of the edge ([`images`]), which radiates as a finite edge does. Which contributions are computed is
-//! a matter of their bounds ([`contributions`]); what they add up to, of the image sources that they belong to ([`field`]).
+//! One rule: an image of the source × one edge or two × an image of the receiver, at any order of images. A path over edges is a path of air: each of
+//! its legs is a clear ray between ends in general position, past the middle of the air of the edge. What an object hides comes over its own edges
+//! ([`waves`]), so that a leg that ends leaves no step. Which paths are computed is a matter of their bounds ([`contributions`]); what they add up
+//! to, of the image source over walls that they belong to ([`field`]) and of the [`bodies`] that scatter them.
 //!
 //! Faces are rigid for what they shade. In a mirror image absorption and scattering of its plane are those of the room, and the
 //! terms of the image take over from the one to the other as the image fades (docs/diffraction.md).
 //!
-//! Ends are in general position. Where the speed of sound has a gradient, edges are those of even air, of direct sound alone.
+//! Where the speed of sound has a gradient, edges are those of even air, of direct sound alone.
 //!
 //! References: [Svensson1999] (docs/references.md), docs/physics.md §5.1.
 
+mod bodies;
 mod contributions;
 mod faces;
 mod field;
 mod images;
 mod mirror;
-mod objects;
-mod visibility;
 mod waves;
 
 use glam::DVec3;
 use sonel_acoustics::Bands;
 use sonel_diffraction::{Spectrum, Wedge};
-use sonel_geometry::{End, Geometry, SurfaceId};
-use sonel_map::CoefficientTable;
+use sonel_geometry::{End, Geometry, Side, SurfaceId};
+use sonel_map::{BandValues, CoefficientTable};
 
 use crate::exact::mirror::tree::ImageTree;
 use crate::exact::mirror::{ImageSources, MirrorArrival, Radiator};
 use crate::receiver::Sensitivity;
 use crate::rendering::EdgeWork;
+use bodies::Bodies;
 use contributions::Search;
 use faces::Pair;
 use field::Field;
 use mirror::Mirror;
-use objects::Objects;
 use waves::Waves;
 
 use field::Place;
@@ -49,8 +49,14 @@ const HAIR: f64 = 2.0;
 /// Edges that diffract, and the tables for their contributions.
 pub(crate) struct Edges {
     all: Vec<RoomEdge>,
-    objects: Objects,
+    bodies: Bodies,
     pairs: Vec<Pair>,
+    /// Edges that sound may pass after each, beside those of its faces.
+    partners: Vec<Vec<usize>>,
+    /// The walls that bodies stand on: with its mirror image in them a body is one.
+    floors: Vec<Mirror>,
+    /// Pairs of edges of a face and of its image, which join in a floor of this number.
+    over_floors: Vec<(Pair, usize)>,
     spectrum: Spectrum,
     /// Wave number in the middle of each band [1/m].
     centres: Vec<f64>,
@@ -64,14 +70,16 @@ struct RoomEdge {
     faces: [Mirror; 2],
     /// From the edge a hair into the middle of its air [m].
     off: DVec3,
-    /// The object that it belongs to.
-    object: u32,
 }
 
 /// Direct sound, or an image source that is visible from the receiver.
 pub(crate) struct VisibleWave {
-    /// Apparent position of its source.
+    /// Apparent position of its source over the walls alone.
     pub place: Place,
+    /// The same over walls and bodies.
+    pub whole: Place,
+    /// Bodies that mirror it.
+    pub bodies: Vec<u32>,
     /// Length of its way [m].
     pub length: f64,
     /// Unit direction from the receiver to where it comes from.
@@ -115,28 +123,72 @@ impl Edges {
     /// The edges of `geometry`; [`None`] where it has none that diffract.
     #[must_use]
     pub(crate) fn new(geometry: &Geometry, bands: &Bands, speed_of_sound: f64) -> Option<Self> {
-        let objects = Objects::new(geometry);
-        let all = room_edges(geometry, &objects);
+        let bodies = Bodies::new(geometry);
+        let all = room_edges(geometry, &bodies);
         if all.is_empty() {
             return None;
         }
         let borders: Vec<(f64, f64)> = (0..bands.count()).map(|band| bands.edges(band)).collect();
         let spectrum = Spectrum::new(&borders, speed_of_sound);
         let centre = |(low, high): &(f64, f64)| std::f64::consts::TAU * (low * high).sqrt() / speed_of_sound;
+        let pairs = faces::pairs(&all);
+        let partners = faces::partners(&all, &pairs);
+        let floors: Vec<Mirror> = bodies
+            .floors()
+            .into_iter()
+            .map(|surface| Mirror::new(geometry, &bodies, (surface, Side::Front)))
+            .collect();
+        let over_floors = faces::over_floors(&all, &pairs, &bodies, &floors);
         Some(Self {
-            pairs: faces::pairs(&all),
+            bodies,
+            pairs,
+            partners,
+            over_floors,
+            floors,
             all,
-            objects,
             centres: borders.iter().map(centre).collect(),
             spectrum,
         })
     }
 
-    /// Where a visible wave comes from that seems to come from `position` [m].
+    /// Whether a body is small beside the longest wave, so that some sound passes it.
+    fn is_small(&self, body: u32) -> bool {
+        self.bodies.described(body, self.spectrum.smallest_k()) < 1.0
+    }
+
+    /// The wave `found` from a `source`, seen from the `receiver` [m], with its `energy` per band [1/m²].
     #[must_use]
-    pub(crate) fn place(&self, geometry: &Geometry, position: DVec3, found: &MirrorArrival<'_>) -> Place {
-        let mirror = |&surface: &SurfaceId| (geometry.surface(surface).plane, self.objects.of(surface));
-        Place::new(position, found.mirrors.iter().map(mirror), found.through.clone())
+    pub(crate) fn visible(
+        &self,
+        geometry: &Geometry,
+        [source, receiver]: [DVec3; 2],
+        found: &MirrorArrival<'_>,
+        energy: Vec<f64>,
+    ) -> VisibleWave {
+        // On which side of it a point is does not matter to its image in a plane.
+        let mirror = |&surface: &SurfaceId| Mirror::new(geometry, &self.bodies, (surface, Side::Front));
+        let mirrors: Vec<Mirror> = found.mirrors.iter().rev().map(mirror).collect();
+        // Of an arc, the place that it begins at.
+        let arrives = if found.order == 0 { source } else { receiver + found.towards * found.length };
+        let place = |mirrors: &[&Mirror], position: DVec3| {
+            Place::new(position, mirrors.iter().map(|mirror| mirror.plane), found.through.clone())
+        };
+        let walls: Vec<&Mirror> = mirrors.iter().filter(|mirror| mirror.is_wall()).collect();
+        let of_walls = if walls.len() == mirrors.len() {
+            arrives
+        } else {
+            walls.iter().fold(source, |point, mirror| mirror.image(point))
+        };
+        VisibleWave {
+            place: place(&walls, of_walls),
+            whole: place(&mirrors.iter().collect::<Vec<_>>(), arrives),
+            bodies: waves::bodies_of(&mirrors, &[]),
+            length: found.length,
+            towards: found.towards,
+            order: found.order,
+            factor: found.factor.values().take(self.spectrum.bands()).collect(),
+            energy,
+        }
     }
 
     /// The images of the source, among `image_sources`, that edges are seen from.
@@ -175,7 +227,10 @@ impl Edges {
         let field = Field::new(self, at.attenuation, visible, same_place);
         let search = Search { at, from, to: &to, field: &field };
         let mut ranked = search.rank(visible, others);
-        let mut waves = Waves { at, from, to: &to, field, through: Vec::new() };
+        let cells =
+            [at.radiator.position, at.receiver].map(|end| at.geometry.cell_at(end + at.geometry.center()));
+        let mut waves = Waves { at, from, to: &to, field, is_sealed: cells[0] != cells[1] };
+        waves.add_straight();
         while let Some(contribution) = ranked.next() {
             if let Some(energy) = waves.add(contribution) {
                 ranked.found(&energy);
@@ -187,16 +242,23 @@ impl Edges {
 }
 
 /// The edges of `geometry` that diffract, each once for every sector of air into which it does.
-fn room_edges(geometry: &Geometry, objects: &Objects) -> Vec<RoomEdge> {
+fn room_edges(geometry: &Geometry, bodies: &Bodies) -> Vec<RoomEdge> {
     let local = |point: DVec3| point - geometry.center();
     geometry
         .diffracting_edges()
         .flat_map(|edge| edge.sectors.iter().map(move |sector| (edge, sector)))
         .filter_map(|(edge, sector)| {
             let wedge = Wedge::new(edge.ends.map(local), sector.inward, sector.normal, sector.angle)?;
-            let faces = sector.faces.map(|face| Mirror::new(geometry, objects.of(face.0), face));
+            let faces = sector.faces.map(|face| Mirror::new(geometry, bodies, face));
             let off = HAIR * f64::from(geometry.resolution()) * sector.middle();
-            Some(RoomEdge { wedge, faces, off, object: objects.of(sector.faces[0].0) })
+            Some(RoomEdge { wedge, faces, off })
         })
         .collect()
+}
+
+impl RoomEdge {
+    /// The body that it belongs to.
+    fn body(&self) -> u32 {
+        self.faces[0].body
+    }
 }

@@ -1,25 +1,30 @@
-//! The waves of one contribution: over an edge ([`EdgePath`]), or over two edges of a face ([`FacePath`]).
+//! The waves of one contribution: over an edge ([`EdgePath`]), over two edges of a face ([`FacePath`]), or over two others ([`EdgePair`]).
 
 use std::f64::consts::PI;
 
 use glam::DVec3;
 use sonel_diffraction::face::{End, FaceEdge};
-use sonel_diffraction::{Cell, Complex, EdgePath, FacePath, Visibility, WAVES, Wave, WedgePoint, apex};
+use sonel_diffraction::{
+    Cell, Complex, EdgePair, EdgePath, FacePath, PairWay, PartOfEdge, Visibility, WAVES, Wave, Wedge,
+    WedgePoint, apex,
+};
 use sonel_map::BandValues;
 
-use super::contributions::{Contribution, Over, place};
+use super::bodies::WALL;
+use super::contributions::{Contribution, Over, both, place};
 use super::faces::Pair;
-use super::field::{FacePart, Field, Part, Path, Place, Route};
-use super::images::{Image, Images, View, specular};
+use super::field::{FaceSide, Field, Part, Place, Route, Sides};
+use super::images::{Image, Images, Passed, specular};
 use super::mirror::Mirror;
-use super::visibility::smooth;
-use super::{ReceiverContext, RoomEdge};
+use super::{HAIR, ReceiverContext, RoomEdge};
 
 /// Sine of the angle over a face from which on an end is in front of it: 6°, where a mirrored wave is complete. Chosen, not measured; doubled,
 /// mirrored waves fade in over 12°.
 const IN_FRONT: f64 = 0.1;
 /// Least distance from an edge that the doubt about an end's angle is computed with [m]; it keeps the quotient finite.
 const NEAREST: f64 = 1e-3;
+/// Distance of a path from the ends of an edge, as a share of its length [1]: off the faces there.
+const OFF_THE_ENDS: f64 = 2e-4;
 
 /// Computes contributions at a receiver.
 pub(super) struct Waves<'a> {
@@ -27,63 +32,274 @@ pub(super) struct Waves<'a> {
     pub from: &'a Images<'a>,
     pub to: &'a Images<'a>,
     pub field: Field<'a>,
-    /// Materials of the partitions on the path that is being added, in ascending order.
-    pub through: Vec<u32>,
+    /// Whether faces lie between source and receiver wherever sound goes: then no body is small enough to be passed.
+    pub is_sealed: bool,
 }
 
-/// The image in a face of the image source that is seen past the edges.
-#[derive(Clone, Copy)]
-struct FaceImage {
-    /// None where nobody knows whether it is visible.
-    group: Option<usize>,
-    /// Distance from the receiver [m].
-    straight: f64,
-    /// Share by which both ends are in front of the face: 0 … 1.
-    in_front: f64,
-    /// In which direction its sound meets the face [m].
-    incident: DVec3,
-}
-
-/// Factor of mirrors, air and directivity on a contribution, and its direction of arrival.
-struct EdgeRoute {
-    group: usize,
-    /// Amplitude by band, of a source and a receiver that have no direction.
-    through: Vec<f64>,
-    /// What directions make of it.
+/// A path that nothing blocks.
+struct ClearPath<'a> {
+    images: [&'a Image; 2],
+    /// Materials of the partitions that it passes, in ascending order.
+    through: Vec<u32>,
+    /// Amplitude by cell, of a source and a receiver that have no direction.
+    amplitude: Vec<f64>,
+    /// The way that it takes.
     route: Route,
+    /// The floor between its edges.
+    floor: Option<&'a Mirror>,
 }
 
-impl Waves<'_> {
-    /// Adds the waves of a contribution to the field. Returns about the energy that they have by themselves, per band [1/m²]; [`None`] where an
-    /// end does not see its edge.
+/// One edge on a path.
+struct PassedEdge<'a> {
+    edge: &'a RoomEdge,
+    /// Where it is passed [m].
+    over: DVec3,
+    /// Where sound comes from and where it goes [m].
+    ends: [DVec3; 2],
+    /// The same about the edge.
+    points: [WedgePoint; 2],
+}
+
+impl<'a> Waves<'a> {
+    /// Adds the waves of a contribution to the field. Returns about the energy that they have by themselves, per band [1/m²]; [`None`] where
+    /// something is on its way.
     pub(super) fn add(&mut self, contribution: Contribution) -> Option<Vec<f64>> {
-        let mut energy = vec![0.0; self.at.attenuation.len()];
-        let [first, last] = match contribution.over {
-            Over::Edge(edge) => [edge; 2],
-            Over::Pair(pair) => pair.edges,
-        };
-        let sources = self.from.views(contribution.from, first);
-        let receivers = self.to.views(contribution.to, last);
-        let mut is_seen = false;
-        for source in sources.iter() {
-            // What one object hides from both ends does nothing.
-            let is_hidden = |object: &u32| source.objects.contains(object);
-            for receiver in receivers.iter().filter(|view| !view.objects.iter().any(is_hidden)) {
-                self.through = [&source.through[..], &receiver.through].concat();
-                self.through.sort_unstable();
-                let views = [source, receiver];
-                let added = match contribution.over {
-                    Over::Edge(edge) => self.add_edge(contribution, edge, views, &mut energy),
-                    Over::Pair(pair) => self.add_pair(contribution, pair, views, &mut energy),
-                };
-                is_seen |= added.is_some();
-            }
+        match contribution.over {
+            Over::Edge(edge) => self.add_edge(contribution, edge),
+            Over::Face(pair) => self.add_face(contribution, pair),
+            Over::Two(edges) => self.add_two(contribution, edges),
         }
-        is_seen.then_some(energy)
     }
 
-    fn images(&self, contribution: Contribution) -> [&Image; 2] {
-        [&self.from.all[contribution.from], &self.to.all[contribution.to]]
+    /// Adds what comes straight past small bodies, or from mirrors past them.
+    pub(super) fn add_straight(&mut self) {
+        for image in 0..self.from.all.len() {
+            let source = &self.from.all[image];
+            let own = bodies_of(&source.mirrors, &[]);
+            let Some(passed) = self.from.sees(image, self.to.all[0].displaced, &own) else { continue };
+            // What passes nothing is visible, and known.
+            if passed.bodies.is_empty() || self.is_sealed {
+                continue;
+            }
+            let receiver = self.at.receiver;
+            let path = self.clear_path([image, 0], [receiver; 2], passed, &own, Vec::new());
+            let place = self.place(&path, &[]);
+            let group = self.field.group(place, source.order());
+            let length = path.route.way;
+            let amplitude =
+                path.amplitude.iter().map(|amplitude| Complex::real(amplitude / length)).collect();
+            self.field.add_straight(group, Wave { length, amplitude }, path.route);
+        }
+    }
+
+    fn images(&self, contribution: Contribution) -> [&'a Image; 2] {
+        let (from, to) = (self.from, self.to);
+        [&from.all[contribution.from], &to.all[contribution.to]]
+    }
+
+    fn add_edge(&mut self, contribution: Contribution, index: usize) -> Option<Vec<f64>> {
+        let all = self.from.edges;
+        let edge = &all.all[index];
+        let images = self.images(contribution);
+        let part = both(images[0].parts[index], images[1].parts[index])?;
+        let [from, to] = [edge.wedge.locate(images[0].displaced)?, edge.wedge.locate(images[1].displaced)?];
+        let over = inside(&edge.wedge, part, apex(from, to));
+        let path = self.clear(contribution, &[edge], &[over + edge.off], [over; 2], None)?;
+        let passed = PassedEdge { edge, over, ends: images.map(|image| image.position), points: [from, to] };
+        let (sides, groups) = self.sides(&path, &[passed]);
+        let group = groups[0].expect("a path has its own group");
+        let visible = Visibility {
+            direct: Some(self.sees(&path, None)),
+            faces: [0, 1].map(|face| Some(self.sees(&path, Some(&edge.faces[face])))),
+            within: self.doubt([from, to]),
+        };
+        let edge_path = EdgePath::new(&edge.wedge, from, to, part, visible, all.spectrum.smallest_k());
+        let straight = self.field.position(group).distance(self.at.receiver);
+        self.field.keep_clear(group, edge_path.detour() - straight);
+        let mut energy = vec![0.0; self.at.attenuation.len()];
+        for (piece, length) in edge_path.lengths().enumerate() {
+            let terms = edge_path.amplitudes(piece, all.spectrum.wave_numbers());
+            if piece == 0 {
+                energy = self.energy(&path, terms.iter().map(sum));
+            }
+            let waves =
+                (0..WAVES).map(|wave| (groups[wave], path.heard(terms.iter().map(|terms| terms[wave]))));
+            let (route, sides, waves) = (path.route.clone(), sides.clone(), waves.collect());
+            self.field.add(Part { route, length, sides, waves });
+        }
+        Some(energy)
+    }
+
+    fn add_face(&mut self, contribution: Contribution, pair: Pair) -> Option<Vec<f64>> {
+        let all = self.from.edges;
+        let both = pair.edges.map(|edge| &all.all[edge]);
+        let images = self.images(contribution);
+        let parts = [images[0].parts[pair.edges[0]]?, images[1].parts[pair.edges[1]]?];
+        // Behind a floor everything is mirrored in it.
+        let floor = contribution.floor.map(|floor| &all.floors[floor]);
+        let image = |point: DVec3| floor.map_or(point, |floor| floor.image(point));
+        let wedges = [both[0].wedge, floor.map_or(both[1].wedge, |_| both[1].wedge.mirrored(image))];
+        let of = |edge: usize| FaceEdge {
+            wedge: &wedges[edge],
+            at_second: pair.at_second[edge],
+            part: parts[edge],
+        };
+        let displaced = [images[0].displaced, image(images[1].displaced)];
+        let points = [wedges[0].locate(displaced[0])?, wedges[1].locate(displaced[1])?];
+        let face_path = self.over_face([of(0), of(1)], displaced, points)?;
+        let crossings = face_path.crossings();
+        let places = [0, 1].map(|edge| inside(&both[edge].wedge, parts[edge], crossings[edge]));
+        let path = self.clear(
+            contribution,
+            &both,
+            &[0, 1].map(|edge| places[edge] + both[edge].off),
+            places,
+            Some(pair),
+        )?;
+        let amplitudes = face_path.amplitudes(all.spectrum.wave_numbers());
+        let mut energy = vec![0.0; self.at.attenuation.len()];
+        for (lead, terms) in face_path.leads().zip(&amplitudes) {
+            let mut ends = images.map(|image| image.position);
+            ends[1 - lead.edge] = image(ends[1 - lead.edge]);
+            let passed =
+                PassedEdge { edge: both[lead.edge], over: places[lead.edge], ends, points: lead.ends };
+            let (sides, groups) = self.sides(&path, &[passed]);
+            energy
+                .iter_mut()
+                .zip(self.energy(&path, terms.iter().map(sum)))
+                .for_each(|(sum, energy)| *sum += energy);
+            let waves =
+                (0..WAVES).map(|wave| (groups[wave], path.heard(terms.iter().map(|terms| terms[wave]))));
+            let part =
+                Part { route: path.route.clone(), length: face_path.length(), sides, waves: waves.collect() };
+            self.field.add(part);
+        }
+        Some(energy)
+    }
+
+    fn add_two(&mut self, contribution: Contribution, edges: [usize; 2]) -> Option<Vec<f64>> {
+        let all = self.from.edges;
+        let both = edges.map(|edge| &all.all[edge]);
+        let images = self.images(contribution);
+        let parts = [
+            PartOfEdge { wedge: &both[0].wedge, part: off_the_ends(images[0].parts[edges[0]]?) },
+            PartOfEdge { wedge: &both[1].wedge, part: off_the_ends(images[1].parts[edges[1]]?) },
+        ];
+        let displaced = images.map(|image| image.displaced);
+        let way = PairWay::new(parts, displaced)?;
+        let places = way.places;
+        let path =
+            self.clear(contribution, &both, &[0, 1].map(|edge| places[edge] + both[edge].off), places, None)?;
+        let pair = EdgePair::new(parts, displaced, &way, all.spectrum.smallest_k())?;
+        let passed = [0, 1].map(|edge| {
+            let mut ends = images.map(|image| image.position);
+            ends[1 - edge] = way.unfolded[edge];
+            PassedEdge { edge: both[edge], over: places[edge], ends, points: pair.points()[edge] }
+        });
+        let (sides, groups) = self.sides(&path, &passed);
+        let terms = pair.amplitudes(all.spectrum.wave_numbers());
+        let whole = |terms: &[[Complex; WAVES]; WAVES]| {
+            terms.iter().fold(Complex::ZERO, |all, terms| all + sum(terms))
+        };
+        let energy = self.energy(&path, terms.iter().map(whole));
+        let waves = groups.into_iter().enumerate().map(|(wave, group)| {
+            (group, path.heard(terms.iter().map(|terms| terms[wave / WAVES][wave % WAVES])))
+        });
+        let part = Part { route: path.route.clone(), length: pair.length(), sides, waves: waves.collect() };
+        self.field.add(part);
+        Some(energy)
+    }
+
+    /// The path over `edges`, past the `hairs` beside them, if it is clear; along the face of a `pair`.
+    fn clear(
+        &self,
+        contribution: Contribution,
+        edges: &[&RoomEdge],
+        hairs: &[DVec3],
+        places: [DVec3; 2],
+        pair: Option<Pair>,
+    ) -> Option<ClearPath<'a>> {
+        let [from, to] = self.images(contribution);
+        let own = bodies_of(from.mirrors.iter().chain(&to.mirrors), edges);
+        let mut passed = self.from.sees(contribution.from, hairs[0], &own)?;
+        passed.extend(self.to.sees(contribution.to, hairs[hairs.len() - 1], &own)?);
+        match (pair, hairs) {
+            (Some(pair), _) => {
+                let floor = contribution.floor.map(|floor| &self.from.edges.floors[floor]);
+                let normal = edges[0].faces[usize::from(pair.at_second[0])].normal();
+                let hair = HAIR * f64::from(self.at.geometry.resolution()) * normal;
+                let along = |hair: DVec3| match floor {
+                    Some(floor) => self.from.over(floor, places.map(|place| place + hair), &own),
+                    None => self.from.between(places.map(|place| place + hair), &own),
+                };
+                let is_sheet = edges.iter().all(|edge| edge.wedge.is_rim());
+                passed.extend(along(hair).or_else(|| along(-hair).filter(|_| is_sheet))?);
+            }
+            (None, &[first, last]) => passed.extend(self.from.between([first, last], &own)?),
+            (None, _) => {}
+        }
+        let passed = self.unless_sealed(passed)?;
+        let mut over: Vec<u32> = edges.iter().map(|edge| edge.body()).collect();
+        over.sort_unstable();
+        over.dedup();
+        let mut path = self.clear_path([contribution.from, contribution.to], places, passed, &own, over);
+        path.floor = contribution.floor.map(|floor| &self.from.edges.floors[floor]);
+        if let Some(floor) = path.floor {
+            path.mirror_in(self, floor, places);
+        }
+        Some(path)
+    }
+
+    /// What is passed, unless a body is passed between sealed ends.
+    fn unless_sealed(&self, passed: Passed) -> Option<Passed> {
+        (passed.bodies.is_empty() || !self.is_sealed).then_some(passed)
+    }
+
+    /// The path between two images over the first and the last one of `places` [m], where the bodies `own` scatter and others are `passed`.
+    fn clear_path(
+        &self,
+        images: [usize; 2],
+        [first, last]: [DVec3; 2],
+        passed: Passed,
+        own: &[u32],
+        over: Vec<u32>,
+    ) -> ClearPath<'a> {
+        let (ours, theirs) = (self.from, self.to);
+        let [from, to] = [&ours.all[images[0]], &theirs.all[images[1]]];
+        let way = from.position.distance(first) + first.distance(last) + last.distance(to.position);
+        let behind = if images[1] == 0 && last == to.position {
+            from.position - last
+        } else {
+            self.to.leaving(images[1], last)
+        };
+        let towards = behind.normalize_or_zero();
+        let radiation = self.at.radiator.towards(self.from.leaving(images[0], first));
+        let sensitivity = self.at.sensitivity.to(towards);
+        let mirrored = [(from, first), (to, last)].map(|(image, at)| image.factor_towards(self.at.table, at));
+        let tau = |band: usize| -> f64 {
+            let passes = |&material: &u32| self.at.table.material(material).transmitted.energy.band(band);
+            passed.through.iter().map(passes).product()
+        };
+        let through = |(band, m): (usize, &f64)| {
+            (mirrored[0][band] * mirrored[1][band] * tau(band)).sqrt() * libm::exp(-0.5 * m * way)
+        };
+        let through: Vec<f64> = self.at.attenuation.iter().enumerate().map(through).collect();
+        let edges = self.from.edges;
+        let amplitude = |cell: &Cell| {
+            let described = |body: &u32| edges.bodies.described(*body, cell.k);
+            let scattered: f64 = own.iter().map(described).product();
+            let left: f64 = passed.bodies.iter().map(|body| 1.0 - described(body)).product();
+            through[cell.band] * scattered * left
+        };
+        let bands = 0..self.at.attenuation.len();
+        let gain = bands.map(|band| (radiation.factor(band) * sensitivity).sqrt()).collect();
+        ClearPath {
+            images: [from, to],
+            amplitude: edges.spectrum.cells().iter().map(amplitude).collect(),
+            route: Route { gain, way, towards, visible: None, over },
+            through: passed.through,
+            floor: None,
+        }
     }
 
     /// The path over two edges of a face.
@@ -102,241 +318,100 @@ impl Waves<'_> {
         FacePath::new(edges, ends, self.doubt(points), self.from.edges.spectrum.smallest_k())
     }
 
-    fn add_edge(
-        &mut self,
-        contribution: Contribution,
-        index: usize,
-        [source, receiver]: [&View; 2],
-        energy: &mut [f64],
-    ) -> Option<()> {
-        let all = self.from.edges;
-        let edge = &all.all[index];
-        let [from, to] = [source.point, receiver.point];
-        let ends = self.images(contribution).map(|image| image.position);
-        let group = self.group(contribution);
-        let over = edge.wedge.at(apex(from, to).clamp(0.0, edge.wedge.length()));
-        let faces = [0, 1].map(|face| self.image(contribution, &edge.faces[face], over, ends));
-        let visible = Visibility {
-            direct: Some(!self.field.is_blocked(group, edge.object)),
-            faces: faces.map(|image| image.group.map(|group| !self.field.is_blocked(group, edge.object))),
-            within: self.doubt([from, to]),
-        };
-        for part in source.common(receiver) {
-            let path = EdgePath::new(&edge.wedge, from, to, part, visible, all.spectrum.smallest_k());
-            let along = apex(from, to).clamp(part[0], part[1]);
-            let place = edge.wedge.at(along);
-            let route = self.route(contribution, group, edge.object, [place; 2]);
-            let straight = self.field.position(group).distance(self.at.receiver);
-            self.field.keep_clear(group, edge.object, path.detour() - straight);
-            for (piece, length) in path.lengths().enumerate() {
-                let terms = path.amplitudes(piece, all.spectrum.wave_numbers());
-                if piece == 0 {
-                    self.add_energy(&route, &terms, energy);
-                }
-                self.add_terms(&route, length, &terms, edge, faces, [from, to]);
-            }
-            self.keep_clear(&faces, edge.object, path.detour());
-        }
-        Some(())
-    }
-
-    fn add_pair(
-        &mut self,
-        contribution: Contribution,
-        pair: Pair,
-        [source, receiver]: [&View; 2],
-        energy: &mut [f64],
-    ) -> Option<()> {
-        let all = self.from.edges;
-        let [first, last] = pair.edges.map(|edge| &all.all[edge]);
-        let of = |edge: usize, part| {
-            let wedge = [&first.wedge, &last.wedge][edge];
-            FaceEdge { wedge, at_second: pair.at_second[edge], part }
-        };
-        let edges = [of(0, source.longest()), of(1, receiver.longest())];
-        let ends = self.images(contribution).map(|image| image.position);
-        let displaced = self.images(contribution).map(|image| image.displaced);
-        let path = self.over_face(edges, displaced, [source.point, receiver.point])?;
-        let [start, end] = path.crossings();
-        let places = [first.wedge.at(start), last.wedge.at(end)];
-        let group = self.group(contribution);
-        let route = self.route(contribution, group, first.object, places);
-        let amplitudes = path.amplitudes(all.spectrum.wave_numbers());
-        for (lead, terms) in path.leads().zip(&amplitudes) {
-            let edge = [first, last][lead.edge];
-            let faces =
-                [0, 1].map(|face| self.image(contribution, &edge.faces[face], places[lead.edge], ends));
-            self.keep_clear(&faces, first.object, path.length());
-            self.add_energy(&route, terms, energy);
-            self.add_terms(&route, path.length(), terms, edge, faces, lead.ends);
-        }
-        Some(())
-    }
-
-    /// Adds the mean square of all waves of one length together to the `energy` of every band.
-    fn add_energy(&self, route: &EdgeRoute, terms: &[[Complex; WAVES]], energy: &mut [f64]) {
+    /// The mean square of a wave with `terms` by cell, per band.
+    fn energy(&self, path: &ClearPath<'_>, terms: impl Iterator<Item = Complex>) -> Vec<f64> {
         let spectrum = &self.from.edges.spectrum;
-        let sum = |(terms, cell): (&[Complex; WAVES], &Cell)| {
-            let sum = terms.iter().fold(Complex::ZERO, |sum, term| sum + *term);
-            sum * (route.through[cell.band] * route.route.gain[cell.band])
-        };
-        let wave = Wave { length: 0.0, amplitude: terms.iter().zip(spectrum.cells()).map(sum).collect() };
-        energy.iter_mut().zip(spectrum.energy(&[wave])).for_each(|(sum, energy)| *sum += energy);
+        let directed = |(term, cell): (Complex, &Cell)| term * path.route.gain[cell.band];
+        let amplitude = path.heard(terms).into_iter().zip(spectrum.cells()).map(directed).collect();
+        spectrum.energy(&[Wave { length: 0.0, amplitude }])
     }
 
-    /// Notes that edges of an object cut off the images in their faces; of sound whose way is `way` [m].
-    fn keep_clear(&mut self, faces: &[FaceImage; 2], object: u32, way: f64) {
-        for face in faces.iter().filter(|face| face.in_front > 0.0) {
-            let excess = (way - face.straight).max(0.0);
-            if let Some(group) = face.group {
-                self.field.keep_clear(group, object, excess);
+    /// The image source that is seen past the edges and over `faces` of theirs.
+    fn place(&self, path: &ClearPath<'_>, faces: &[Mirror]) -> Place {
+        let [from, to] = path.images;
+        let faces: Vec<Mirror> = faces.iter().chain(path.floor).copied().collect();
+        let mut place = place(self.from.all[0].position, from, &faces, to);
+        place.through.clone_from(&path.through);
+        place
+    }
+
+    /// Whether what passes the edges, or is mirrored in the `face` of one, reaches the receiver without them.
+    fn sees(&self, path: &ClearPath<'_>, face: Option<&Mirror>) -> bool {
+        let [from, to] = path.images;
+        let position = face.map_or(from.position, |face| face.image(from.position));
+        let planes = from.mirrors.iter().chain(face).chain(&to.mirrors).map(|mirror| mirror.plane);
+        self.field.sees(&Place::new(to.unfold(position), planes, path.through.clone()))
+    }
+
+    /// The faces of the edges of a path, and by wave of the first one and of the second one the image sources that are seen over them; none where
+    /// nobody knows whether they are visible, and where a face is one of a body.
+    fn sides(&mut self, path: &ClearPath<'_>, passed: &[PassedEdge<'_>]) -> (Vec<Sides>, Vec<Option<usize>>) {
+        let sides: Vec<Sides> = passed.iter().map(|passed| self.face_sides(passed)).collect();
+        let order = path.images[0].order() + path.images[1].order() + u32::from(path.floor.is_some());
+        let columns = if passed.len() > 1 { WAVES } else { 1 };
+        let mut groups = Vec::with_capacity(WAVES * columns);
+        for wave in 0..WAVES * columns {
+            let waves = [wave / columns, wave % columns];
+            let of_edge =
+                |(passed, wave): (&PassedEdge<'_>, usize)| (wave > 0).then(|| passed.edge.faces[wave - 1]);
+            let faces: Vec<Mirror> = passed.iter().zip(waves).filter_map(of_edge).collect();
+            let order = order + faces.len() as u32;
+            let is_known =
+                faces.is_empty() || (order <= self.at.complete_order && faces.iter().all(Mirror::is_wall));
+            let place = self.place(path, &faces);
+            groups.push(is_known.then(|| self.group_of(path, place, order)));
+        }
+        for (edge, sides) in sides.iter().enumerate() {
+            let step = if edge == 0 { columns } else { 1 };
+            for (face, side) in (1..).zip(sides).filter(|(_, side)| side.in_front > 0.0) {
+                if let Some(group) = groups[face * step] {
+                    self.field.keep_clear(group, side.excess);
+                }
             }
         }
+        (sides, groups)
     }
 
-    /// Adds the waves of one length over `edge`.
-    fn add_terms(
-        &mut self,
-        route: &EdgeRoute,
-        length: f64,
-        terms: &[[Complex; WAVES]],
-        edge: &RoomEdge,
-        faces: [FaceImage; 2],
-        [from, to]: [WedgePoint; 2],
-    ) {
-        let of = |wave: usize| -> Vec<Complex> {
-            let cells = terms.iter().zip(self.from.edges.spectrum.cells());
-            cells.map(|(terms, cell)| terms[wave] * route.through[cell.band]).collect()
-        };
-        let faces = [0, 1].map(|face| {
-            let FaceImage { group, straight, in_front, incident } = faces[face];
-            let turn = turn(edge, from, to, face);
-            let mirror = &edge.faces[face];
-            let mirrored = specular(self.at.table, mirror.surface, incident).into_iter().map(f64::sqrt);
-            FacePart {
-                group,
-                mirrored: mirrored.collect(),
-                is_dark: turn > PI,
-                in_front,
-                excess: (route.route.way - straight).max(0.0),
-                terms: of(1 + face),
-            }
-        });
-        let direct = of(0);
-        self.field.add(Part { group: route.group, route: route.route.clone(), length, direct, faces });
-    }
-
-    /// The group of the image source that is seen past the edges.
-    fn group(&mut self, contribution: Contribution) -> usize {
-        let [from, to] = self.images(contribution);
-        let (mut place, order) = (place(from, to), from.order() + to.order());
-        place.through.clone_from(&self.through);
-        self.group_at(contribution, place, order, None)
-    }
-
-    /// The group of the image source at `place` over the mirrors of a contribution and a `face` between them.
-    fn group_at(
-        &mut self,
-        contribution: Contribution,
-        place: Place,
-        order: u32,
-        face: Option<&Mirror>,
-    ) -> usize {
-        let position = place.position;
+    /// The group of an image source, whose free path is that of `path` without what bodies mirror.
+    fn group_of(&mut self, path: &ClearPath<'_>, place: Place, order: u32) -> usize {
         let group = self.field.group(place, order);
-        if self.field.lacks_path(group) {
-            let path = self.path(contribution, position, face);
-            self.field.set_path(group, path);
+        if self.field.lacks_free(group) {
+            let length = self
+                .field
+                .position(group)
+                .distance(self.at.receiver)
+                .max(f64::from(self.at.geometry.resolution()));
+            let walls = |image: &Image, band: usize| -> f64 {
+                let of = |mirror: &Mirror| self.at.table.mean_row(mirror.surface).specular.energy.band(band);
+                image.mirrors.iter().filter(|mirror| mirror.is_wall()).map(of).product()
+            };
+            let [from, to] = path.images;
+            let free = |(band, m): (usize, &f64)| {
+                (walls(from, band) * walls(to, band) * libm::exp(-m * length)).sqrt() * path.route.gain[band]
+                    / length
+            };
+            let free = self.at.attenuation.iter().enumerate().map(free).collect();
+            self.field.set_free(group, free);
         }
         group
     }
 
-    /// The path from the image source at `position` [m] past the edges, over the mirrors of a contribution and a `face` between them.
-    fn path(&self, contribution: Contribution, position: DVec3, face: Option<&Mirror>) -> Path {
-        // The image of a source behind a mirror may be where the receiver is.
-        let length = position.distance(self.at.receiver).max(f64::from(self.at.geometry.resolution()));
-        let [from, to] = self.images(contribution);
-        let mirrors: Vec<&Mirror> = from.mirrors.iter().chain(face).chain(to.mirrors.iter().rev()).collect();
-        let ends = [&self.from.all[0], &self.to.all[0]].map(|end| end.displaced);
-        let blocking =
-            self.from.edges.objects.blocking(self.at.geometry, self.at.table, ends, &mirrors, &self.through);
-        let [towards, back] =
-            [to, from].map(|end| face.map_or(end.position, |face| face.image(end.position)));
-        let ours = from.factor_towards(self.at.table, towards);
-        let theirs = to.factor_towards(self.at.table, back);
-        let by_face = face.map(|face| specular(self.at.table, face.surface, towards - from.position));
-        let free = |(band, m): (usize, &f64)| {
-            let mirrored = by_face.as_ref().map_or(1.0, |by_face| by_face[band]);
-            let factor = ours[band] * theirs[band] * mirrored * self.passed(band);
-            (factor * libm::exp(-m * length)).sqrt() / length
-        };
-        let radiation = self.at.radiator.towards(self.from.leaving(contribution.from, towards));
-        let sensitivity = self.at.sensitivity.to((position - self.at.receiver).normalize_or_zero());
-        let bands = 0..self.at.attenuation.len();
-        Path {
-            free: self.at.attenuation.iter().enumerate().map(free).collect(),
-            gain: bands.map(|band| (radiation.factor(band) * sensitivity).sqrt()).collect(),
-            length,
-            blocking,
-            mirrors: mirrors.iter().map(|mirror| mirror.object).collect(),
-        }
-    }
-
-    /// τ of all partitions on the path that is being added.
-    fn passed(&self, band: usize) -> f64 {
-        let passes = |&material: &u32| self.at.table.material(material).transmitted.energy.band(band);
-        self.through.iter().map(passes).product()
-    }
-
-    /// Its image in a `face` of the edges, which are passed at `over` [m].
-    fn image(
-        &mut self,
-        contribution: Contribution,
-        face: &Mirror,
-        over: DVec3,
-        [before, behind]: [DVec3; 2],
-    ) -> FaceImage {
-        let [from, to] = self.images(contribution);
-        let order = from.order() + to.order() + 1;
-        let planes = from.mirrors.iter().chain(&to.mirrors).map(|mirror| (mirror.plane, mirror.object));
-        let position = to.unfold(face.image(from.position));
-        let place = Place::new(position, planes.chain([(face.plane, face.object)]), self.through.clone());
-        let is_known = order <= self.at.complete_order;
-        let height = |end: DVec3| face.height(end) / end.distance(over);
-        let in_front = [before, behind].into_iter().map(|end| smooth(height(end) / IN_FRONT)).product();
-        let incident = over - before;
-        FaceImage {
-            group: is_known.then(|| self.group_at(contribution, place, order, Some(face))),
-            straight: face.image(before).distance(behind),
-            in_front,
-            incident,
-        }
-    }
-
-    fn route(
-        &self,
-        contribution: Contribution,
-        group: usize,
-        object: u32,
-        [first, last]: [DVec3; 2],
-    ) -> EdgeRoute {
-        let [from, to] = self.images(contribution);
-        let way = from.position.distance(first) + first.distance(last) + last.distance(to.position);
-        let towards = self.to.leaving(contribution.to, last).normalize_or_zero();
-        let radiation = self.at.radiator.towards(self.from.leaving(contribution.from, first));
-        let sensitivity = self.at.sensitivity.to(towards);
-        let [ours, theirs] =
-            [(from, first), (to, last)].map(|(image, at)| image.factor_towards(self.at.table, at));
-        let through = |(band, m): (usize, &f64)| {
-            (ours[band] * theirs[band] * self.passed(band)).sqrt() * libm::exp(-0.5 * m * way)
-        };
-        let bands = 0..self.at.attenuation.len();
-        let gain = bands.map(|band| (radiation.factor(band) * sensitivity).sqrt()).collect();
-        EdgeRoute {
-            group,
-            through: self.at.attenuation.iter().enumerate().map(through).collect(),
-            route: Route { object, gain, way, towards },
-        }
+    fn face_sides(&self, passed: &PassedEdge<'_>) -> Sides {
+        [0, 1].map(|face| {
+            let mirror = &passed.edge.faces[face];
+            let [before, behind] = passed.ends;
+            let height = |end: DVec3| mirror.height(end) / end.distance(passed.over);
+            let in_front = [before, behind].into_iter().map(|end| smooth(height(end) / IN_FRONT)).product();
+            let way = before.distance(passed.over) + passed.over.distance(behind);
+            let mirrored = specular(self.at.table, mirror.surface, passed.over - before);
+            FaceSide {
+                mirrored: mirrored.into_iter().map(f64::sqrt).collect(),
+                is_dark: turn(passed.edge, passed.points, face) > PI,
+                in_front,
+                excess: (way - mirror.image(before).distance(behind)).max(0.0),
+                is_of_body: !mirror.is_wall(),
+            }
+        })
     }
 
     /// Angle [rad] about a boundary within which corners off their edge may decide on which side of it a path is.
@@ -345,8 +420,61 @@ impl Waves<'_> {
     }
 }
 
+impl ClearPath<'_> {
+    /// Takes the way between the `places` [m] over a floor.
+    fn mirror_in(&mut self, waves: &Waves<'_>, floor: &Mirror, [first, last]: [DVec3; 2]) {
+        let longer = first.distance(floor.image(last)) - first.distance(last);
+        self.route.way += longer;
+        let mirrored = specular(waves.at.table, floor.surface, floor.image(last) - first);
+        let bands: Vec<f64> = mirrored
+            .iter()
+            .zip(waves.at.attenuation)
+            .map(|(mirrored, m)| mirrored.sqrt() * libm::exp(-0.5 * m * longer))
+            .collect();
+        let cells = waves.from.edges.spectrum.cells();
+        self.amplitude.iter_mut().zip(cells).for_each(|(amplitude, cell)| *amplitude *= bands[cell.band]);
+    }
+
+    /// Amplitudes of a wave, one a cell, with what the way takes of them [1/m].
+    fn heard(&self, terms: impl Iterator<Item = Complex>) -> Vec<Complex> {
+        terms.zip(&self.amplitude).map(|(term, amplitude)| term * *amplitude).collect()
+    }
+}
+
+/// The bodies that scatter sound over `mirrors` and `edges`.
+pub(super) fn bodies_of<'m>(mirrors: impl IntoIterator<Item = &'m Mirror>, edges: &[&RoomEdge]) -> Vec<u32> {
+    let edges = edges.iter().map(|edge| edge.body());
+    let mut bodies: Vec<u32> =
+        mirrors.into_iter().map(|mirror| mirror.body).chain(edges).filter(|&body| body != WALL).collect();
+    bodies.sort_unstable();
+    bodies.dedup();
+    bodies
+}
+
+fn sum(terms: &[Complex; WAVES]) -> Complex {
+    terms.iter().fold(Complex::ZERO, |sum, term| sum + *term)
+}
+
+/// The place at `along` within the part of an edge [m].
+fn inside(wedge: &Wedge, part: [f64; 2], along: f64) -> DVec3 {
+    let [from, to] = off_the_ends(part);
+    wedge.at(along.clamp(from, to))
+}
+
+/// A part of an edge [m] without what is next to its ends, where other faces begin.
+fn off_the_ends([from, to]: [f64; 2]) -> [f64; 2] {
+    let margin = OFF_THE_ENDS * (to - from);
+    [from + margin, to - margin]
+}
+
 /// By how much [rad] a wave turns about `edge` that seems to come from the image in `face`: π on the image's boundary.
-fn turn(edge: &RoomEdge, source: WedgePoint, receiver: WedgePoint, face: usize) -> f64 {
+fn turn(edge: &RoomEdge, [source, receiver]: [WedgePoint; 2], face: usize) -> f64 {
     let sum = source.angle + receiver.angle;
     if face == 0 { sum } else { 2.0 * edge.wedge.angle() - sum }
+}
+
+/// From 0 at 0 to 1 at 1, level at both.
+fn smooth(share: f64) -> f64 {
+    let share = share.clamp(0.0, 1.0);
+    share * share * (3.0 - 2.0 * share)
 }
