@@ -353,12 +353,12 @@ impl Response {
 
     #[getter]
     fn metadata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        object(py, &self.echograms().metadata)
+        object(py, &self.echograms().provenance.to_json())
     }
 
     #[getter]
     fn metadata_json(&self) -> String {
-        self.echograms().metadata.to_string()
+        self.echograms().provenance.to_json().to_string()
     }
 
     #[getter]

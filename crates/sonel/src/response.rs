@@ -4,9 +4,8 @@ use std::io::{Read, Seek};
 use std::path::Path;
 
 use glam::DVec3;
-use serde_json::Value;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
-use sonel_echogram::{Response as Echograms, SourceChange};
+use sonel_echogram::{Provenance, Response as Echograms, SourceChange};
 
 use crate::error::At;
 use crate::{Error, Result};
@@ -62,15 +61,14 @@ impl Response {
         Ok(Self::of_file(Echograms::read(file).at(|| label)?))
     }
 
-    /// A response of a file, whose metadata state volume, seed and which direction is up.
+    /// A response of a file, whose provenance states volume, seed and which direction is up.
     fn of_file(echograms: Echograms) -> Self {
-        let metadata = &echograms.metadata;
-        let (volume, seed) = (metadata["volume_m3"].as_f64(), metadata["seed"].as_u64().unwrap_or(1));
-        let up = metadata["up"].as_array().and_then(|axes| {
-            let axes: Vec<f64> = axes.iter().filter_map(Value::as_f64).collect();
-            DVec3::from_array(axes.try_into().ok()?).try_normalize()
-        });
-        let surroundings = Surroundings { volume, up, seed };
+        let Provenance { volume_m3, seed, up, .. } = &echograms.provenance;
+        let surroundings = Surroundings {
+            volume: *volume_m3,
+            up: up.and_then(|axes| DVec3::from_array(axes).try_normalize()),
+            seed: seed.unwrap_or(1),
+        };
         Self::of(echograms, surroundings)
     }
 

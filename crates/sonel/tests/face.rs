@@ -82,7 +82,7 @@ fn renderings_are_refined_up_to_the_whole_map() {
     assert_eq!(map().refinement_steps(), [4, 8, 16, 32]);
     let energy = |response: &Response| response.echograms().energy.clone();
     assert_eq!(energy(&refined[3]), energy(&with(None)));
-    assert_eq!(refined[3].echograms().metadata, with(None).echograms().metadata);
+    assert_eq!(refined[3].echograms().provenance, with(None).echograms().provenance);
     for (step, batches) in [(0, 4), (1, 8), (2, 16)] {
         let stored = refined[step].echograms().batches.as_ref().expect("batches");
         assert_eq!(

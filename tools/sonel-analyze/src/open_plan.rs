@@ -15,7 +15,7 @@ use sonel_console::Outcome;
 use sonel_console::artifact::stem;
 use sonel_console::table::aligned;
 use sonel_drawing::plot::{Axis, Mark, Panel, Point, Series, Sheet};
-use sonel_echogram::Response;
+use sonel_echogram::{Provenance, Response};
 
 use crate::arguments::OpenPlan;
 use crate::open;
@@ -102,10 +102,9 @@ impl Office {
                 line.places.len()
             )?;
         }
-        let metadata = &response.metadata;
-        let name = metadata["variant"].as_str().or_else(|| metadata["scene"].as_str());
+        let Provenance { scene, variant, .. } = &response.provenance;
         Ok(Self {
-            name: name.map_or_else(|| stem(path), str::to_owned),
+            name: variant.as_ref().or(scene.as_ref()).cloned().unwrap_or_else(|| stem(path)),
             source: response.source_names[source].clone(),
             line,
         })

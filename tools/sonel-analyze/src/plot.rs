@@ -44,7 +44,7 @@ pub(crate) fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outco
         subject.log_what_is_left_out(arguments, log)?;
     }
     let mut sheet =
-        Sheet::new(subjects[0].response.metadata["scene"].as_str().unwrap_or_default(), Vec::new());
+        Sheet::new(subjects[0].response.provenance.scene.as_deref().unwrap_or_default(), Vec::new());
     if wanted(What::Echogram) {
         sheet.rows.extend(in_rows(subjects.iter().map(|subject| subject.panel(plot::echogram)).collect()));
     }

@@ -4,7 +4,7 @@ use std::io::Read;
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use sonel_echogram::Response;
+use sonel_echogram::{Provenance, Response};
 use sonel_map::hexadecimal;
 use sonel_scene::Scene;
 
@@ -59,9 +59,10 @@ pub fn check_scene<'a>(
     scene: &Scene,
     warn: &mut dyn FnMut(&str) -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
-    let digests = [("scene_digest", scene.digest), ("mesh_digest", scene.mesh_digest)];
+    let digests = [&scene.digest, &scene.mesh_digest].map(|digest| Some(hexadecimal(digest)));
     let is_of_scene = |response: &Response| {
-        digests.iter().all(|(key, digest)| response.metadata[*key] == hexadecimal(digest))
+        let Provenance { scene_digest, mesh_digest, .. } = &response.provenance;
+        [scene_digest, mesh_digest] == digests.each_ref()
     };
     for (number, (name, response)) in responses.into_iter().enumerate() {
         match number {

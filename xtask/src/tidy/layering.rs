@@ -67,7 +67,6 @@ const HOMES: [(&str, &[&str]); 45] = [
         &[
             "crates/sonel-scene",
             "crates/sonel-echogram",
-            "crates/sonel-sound",
             "crates/sonel-analysis",
             "crates/sonel-design",
             "crates/sonel-drawing",

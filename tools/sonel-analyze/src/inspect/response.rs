@@ -13,7 +13,7 @@ const KINDS: [(ArrivalKind, &str); 3] = [
     (ArrivalKind::Edge, "edge"),
 ];
 
-/// Longest value of a key of the metadata that is printed as it is, in characters.
+/// Longest value of a key of the provenance that is printed as it is, in characters.
 const LONGEST: usize = 200;
 
 /// The response as JSON.
@@ -38,7 +38,7 @@ pub(super) fn json(response: &Response) -> Value {
             "time_bins": response.batches.as_ref().map_or(0, |batches| batches.bins),
         },
         "arrivals": arrivals,
-        "metadata": response.metadata,
+        "metadata": response.provenance.to_json(),
     })
 }
 
@@ -83,14 +83,14 @@ pub(super) fn text(response: &Response) -> String {
             .map_or(String::new(), |found| format!(", {} towards ({})", found.name, list(&found.aim)));
         line("receiver", format!("{name} at ({}) m{directivity}", list(position)));
     }
-    if let Value::Object(keys) = &response.metadata {
+    if let Value::Object(keys) = response.provenance.to_json() {
         for (key, value) in keys {
             let text = value.to_string();
             match text.chars().count() {
                 count if count > LONGEST => {
-                    line(key, format!("{count} characters, which --format json prints"));
+                    line(&key, format!("{count} characters, which --format json prints"));
                 }
-                _ => line(key, text),
+                _ => line(&key, text),
             }
         }
     }

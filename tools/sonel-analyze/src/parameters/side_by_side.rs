@@ -21,7 +21,10 @@ pub(super) fn print(arguments: &Parameters, responses: &[Read], out: &mut dyn Wr
         .map(|Read { subject, .. }| Column {
             name: subject.name.clone(),
             parameters: subject.parameters.clone(),
-            pairing: Pairing::of(&responses[0].subject.echograms().metadata, &subject.echograms().metadata),
+            pairing: Pairing::of(
+                &responses[0].subject.echograms().provenance,
+                &subject.echograms().provenance,
+            ),
         })
         .collect();
     let is_measured: Vec<bool> =

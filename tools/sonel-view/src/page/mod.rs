@@ -100,7 +100,7 @@ impl Subject {
 
     /// Volume of a closed room [m³].
     fn volume(&self) -> Option<f64> {
-        self.echograms().metadata["volume_m3"].as_f64()
+        self.echograms().provenance.volume_m3
     }
 
     /// Source and receiver of a pair.
@@ -122,7 +122,7 @@ pub(crate) struct Traced<'a> {
 impl Traced<'_> {
     /// Whether `response` was rendered from it.
     fn holds(self, response: &Response) -> bool {
-        response.metadata["map_digest"] == hexadecimal(&self.map.digest())
+        response.provenance.map_digest == Some(hexadecimal(&self.map.digest()))
     }
 }
 
@@ -133,7 +133,7 @@ pub(crate) fn of_responses(
     head: &HeadArguments,
     token: Option<&str>,
 ) -> String {
-    let scene = subjects[0].echograms().metadata["scene"].as_str();
+    let scene = subjects[0].echograms().provenance.scene.as_deref();
     let name = head.project.as_deref().or(scene).unwrap_or("Room acoustics");
     let room = map.map_or_else(
         || room::of_response(subjects[0].echograms()),

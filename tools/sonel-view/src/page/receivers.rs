@@ -25,7 +25,7 @@ pub(super) fn tables(page: &mut Document, subjects: &[Subject]) {
         .map(|subject| Column {
             name: subject.name.clone(),
             parameters: subject.parameters.clone(),
-            pairing: Pairing::of(&subjects[0].echograms().metadata, &subject.echograms().metadata),
+            pairing: Pairing::of(&subjects[0].echograms().provenance, &subject.echograms().provenance),
         })
         .collect();
     let mut left_out = 0;

@@ -52,16 +52,12 @@ pub(crate) fn of_response(response: &Response) -> Value {
     let points = |names: &[String], positions: &[[f64; 3]]| -> Vec<Value> {
         names.iter().zip(positions).map(|(name, at)| point(name, DVec3::from_array(*at))).collect()
     };
-    let stated = &response.metadata["up"];
-    let is_stated =
-        stated.as_array().is_some_and(|axes| axes.len() == 3 && axes.iter().all(Value::is_number));
-    let up = if is_stated { stated.clone() } else { json!([0.0, 0.0, 1.0]) };
     json!({
-        "up": up, "origin": response.receiver_positions[0], "vertices": "",
+        "up": response.provenance.up.unwrap_or([0.0, 0.0, 1.0]), "origin": response.receiver_positions[0], "vertices": "",
         "bands": response.center_frequency_hz, "materials": [],
         "sources": points(&response.source_names, &response.source_positions),
         "receivers": points(&response.receiver_names, &response.receiver_positions),
-        "volume": response.metadata["volume_m3"], "faults": [],
+        "volume": response.provenance.volume_m3, "faults": [],
     })
 }
 
