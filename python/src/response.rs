@@ -11,16 +11,16 @@ use glam::DVec3;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
+use sonel::analysis::modulation::Talk;
+use sonel::analysis::receiver::parameters_of;
+use sonel::analysis::speech::{noise_level_db, speech_power_level_db};
+use sonel::echograms::{Echograms, LATERAL_KEYS, ReceiverDirectivity};
 use sonel::{
     AbsorptionUncertainty, Channels, Head, Microphone, Observer, Path, SPACINGS, SoundOptions, Waypoint,
     microphone,
 };
-use sonel_analysis::modulation::Talk;
-use sonel_analysis::receiver::parameters_of;
-use sonel_analysis::speech::{noise_level_db, speech_power_level_db};
 use sonel_console::heard::HeardArguments;
 use sonel_console::output::{Kind, Output};
-use sonel_echogram::{LATERAL_KEYS, ReceiverDirectivity, Response as Echograms};
 
 use crate::convert::{Receiver, object, octaves, receiver, refused};
 use crate::error;
@@ -223,7 +223,7 @@ impl Response {
                 let variants = map.material_variants(echograms, &uncertain, observer)?;
                 variants.attach(&mut rows, |of| Ok::<_, sonel::Error>(parameters_of(of, talk.as_ref())))?;
             }
-            Ok(sonel_analysis::report::json(&rows))
+            Ok(sonel::analysis::report::json(&rows))
         })?;
         object(py, &json)
     }

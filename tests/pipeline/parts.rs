@@ -1,8 +1,8 @@
 //! What is divided over jobs equals the run in one piece, byte for byte: receivers, and shards that take their decision from one map.
 
 use clap::Parser;
+use sonel::study::response::PART;
 use sonel_echogram::join;
-use sonel_study::response::PART;
 use sonel_testkit::test_folder::TestFolder;
 
 use crate::{printed, render, response, test_folder, trace};

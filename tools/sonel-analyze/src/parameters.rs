@@ -8,12 +8,12 @@ use std::path::Path;
 
 use anyhow::bail;
 use serde_json::{Value, json};
-use sonel_analysis::modal::ModalBands;
-use sonel_analysis::{ReceiverParameters, report};
+use sonel::analysis::modal::ModalBands;
+use sonel::analysis::{ReceiverParameters, report};
+use sonel::echograms::provenance::{Provenance, SystemSource};
 use sonel_console::artifact::stem;
 use sonel_console::follower::Follower;
 use sonel_console::{Log, Outcome, spelled};
-use sonel_echogram::provenance::{Provenance, SystemSource};
 use sonel_view::Subject;
 
 use crate::arguments::{Format, Parameters};

@@ -5,11 +5,11 @@ use std::path::{Path as File, PathBuf};
 
 use anyhow::{Context, bail};
 use glam::DVec3;
+use sonel::scenes::CompiledScene;
+use sonel::sound::{Recording, resample};
 use sonel::{Path, ReceiverPoint, Response, Silent, SoundOptions, Waypoint};
 use sonel_console::input;
 use sonel_console::output::{Complete, Kind, Output, make_folder};
-use sonel_scene::Scene;
-use sonel_sound::{Recording, resample};
 
 use crate::arguments::Arguments;
 use crate::receivers::read_csv;
@@ -30,7 +30,7 @@ pub(crate) struct Walk<'a> {
 
 impl<'a> Walk<'a> {
     /// The walk that is asked for, if any.
-    pub(crate) fn of(arguments: &'a Arguments, scene: &Scene) -> anyhow::Result<Option<Self>> {
+    pub(crate) fn of(arguments: &'a Arguments, scene: &CompiledScene) -> anyhow::Result<Option<Self>> {
         let (Some(file), Some(recording), Some(folder)) =
             (&arguments.path, &arguments.recording, &arguments.sound.wav)
         else {

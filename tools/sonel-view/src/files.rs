@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
+use sonel::echograms::Provenance;
 use sonel::{Map, RenderOptions, Response, Scene, TraceOptions};
 use sonel_console::artifact::{self, Artifact};
 use sonel_console::follower::Follower;
 use sonel_console::heard::HeardArguments;
 use sonel_console::spelled;
-use sonel_echogram::Provenance;
 
 use crate::page::Subject;
 

@@ -3,6 +3,9 @@
 use std::f64::consts::LOG10_E;
 use std::sync::{Arc, LazyLock};
 
+use crate::study::forecast::Effort;
+use crate::study::plan::RenderLoad;
+use crate::study::response::{self, PART};
 use sonel_acoustics::{Directivity, Material, energy_to_level_db};
 use sonel_echogram::provenance::{
     self, ByName, Changed, Coefficients, EdgeContributions, Options, PathClass, SourceRendering,
@@ -12,9 +15,6 @@ use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, hexadecimal};
 use sonel_renderer::{Columns, ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_scene::{Scene, Source};
-use sonel_study::forecast::Effort;
-use sonel_study::plan::RenderLoad;
-use sonel_study::response::{self, PART};
 
 use crate::Result;
 use crate::error::At;

@@ -13,6 +13,7 @@ mod until;
 
 use std::sync::Arc;
 
+use crate::study::plan::Plan;
 use serde_json::{Value, json};
 use sonel_acoustics::Material;
 use sonel_analysis::what_if::{Fitness, fitness};
@@ -21,7 +22,6 @@ use sonel_geometry::Geometry;
 use sonel_map::{Mode, SonelMap};
 use sonel_renderer::{Estimator, ReceiverPoint, RenderSettings};
 use sonel_scene::Source;
-use sonel_study::plan::Plan;
 
 use crate::error::At;
 use crate::observer::{Observer, Watch, watched};

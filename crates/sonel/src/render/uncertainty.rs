@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 
+use crate::study::response::render_variants;
 use serde_json::{Value, json};
 use sonel_acoustics::Material;
 use sonel_analysis::ReceiverParameters;
@@ -9,7 +10,6 @@ use sonel_analysis::materials::{Varied, attach};
 use sonel_echogram::Response as Echograms;
 use sonel_renderer::{Air as Attenuation, Estimator, ReceiverPoint, RenderSettings, Sensitivity};
 use sonel_scene::{Scene, Source};
-use sonel_study::response::render_variants;
 
 use crate::coefficients::{self, Coefficients};
 use crate::error::At;

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use sonel_analysis::Parameter;
+use sonel::analysis::Parameter;
+use sonel::study::target;
 use sonel_console::heard::HeardArguments;
-use sonel_study::target;
 use sonel_view::Single;
 
 /// `plot`.

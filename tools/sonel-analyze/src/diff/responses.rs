@@ -8,8 +8,8 @@ use std::path::Path;
 
 use anyhow::bail;
 use serde_json::{Value, json};
-use sonel_analysis::comparison::{Comparison, Difference, Pairing, compare};
-use sonel_analysis::{ReceiverParameters, parameters};
+use sonel::analysis::comparison::{Comparison, Difference, Pairing, compare};
+use sonel::analysis::{ReceiverParameters, parameters};
 use sonel_console::Outcome;
 
 use crate::arguments::Diff;

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
+use sonel::echograms::{ArrivalKind, Echograms};
 use sonel_console::quantity::{counted, list};
-use sonel_echogram::{ArrivalKind, Response};
 
 /// The kinds of arrivals by name.
 const KINDS: [(ArrivalKind, &str); 3] = [
@@ -17,7 +17,7 @@ const KINDS: [(ArrivalKind, &str); 3] = [
 const LONGEST: usize = 200;
 
 /// The response as JSON.
-pub(super) fn json(response: &Response) -> Value {
+pub(super) fn json(response: &Echograms) -> Value {
     let station = |(name, position): (&String, &[f64; 3])| json!({ "name": name, "position_m": position });
     let arrivals: serde_json::Map<String, Value> = arrivals(response)
         .map(|(name, count)| (name.to_owned(), json!(count)))
@@ -43,7 +43,7 @@ pub(super) fn json(response: &Response) -> Value {
 }
 
 /// In words.
-pub(super) fn text(response: &Response) -> String {
+pub(super) fn text(response: &Echograms) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         // Writing to a String cannot fail.
@@ -97,11 +97,11 @@ pub(super) fn text(response: &Response) -> String {
     text
 }
 
-fn duration(response: &Response) -> f64 {
+fn duration(response: &Echograms) -> f64 {
     response.time_edges_s.last().copied().unwrap_or(0.0)
 }
 
-fn arrivals(response: &Response) -> impl Iterator<Item = (&'static str, usize)> + '_ {
+fn arrivals(response: &Echograms) -> impl Iterator<Item = (&'static str, usize)> + '_ {
     KINDS.iter().map(|(kind, name)| {
         let code = *kind as u32;
         (*name, response.arrivals.kind.iter().filter(|found| **found == code).count())

@@ -1,14 +1,14 @@
 //! What a client reads: project, room, statistical times beside simulated ones, targets, differences between variants, limits.
 
 use serde_json::json;
-use sonel_acoustics::{eyring_time, mean_free_path, sabine_time};
-use sonel_analysis::average::average;
-use sonel_analysis::comparison::{Pairing, Significance, difference};
-use sonel_analysis::seats::spread;
-use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
+use sonel::acoustics::{eyring_time, mean_free_path, sabine_time};
+use sonel::analysis::average::average;
+use sonel::analysis::comparison::{Pairing, Significance, difference};
+use sonel::analysis::seats::spread;
+use sonel::analysis::{Parameter, ParameterValue, ReceiverParameters};
+use sonel::echograms::provenance::SystemSource;
+use sonel::study::criteria::{Verdict, verdict};
 use sonel_console::quantity;
-use sonel_echogram::provenance::SystemSource;
-use sonel_study::criteria::{Verdict, verdict};
 
 use super::document::{Document, color, escaped};
 use super::materials::{Materials, materials};
@@ -317,7 +317,7 @@ mod tests {
 
     #[test]
     fn a_part_of_a_system_has_its_gain_and_delay() {
-        let text = part(&json!({ "source": "rear", "gain_db": -3.5, "delay_s": 0.025 }));
+        let text = part(&SystemSource { source: "rear".to_owned(), gain_db: -3.5, delay_s: 0.025 });
         assert_eq!(text, "rear with a gain of -3.5 dB and a delay of 25.0 ms");
     }
 }

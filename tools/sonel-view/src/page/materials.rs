@@ -1,8 +1,8 @@
 //! Materials that responses were rendered with: those of the map, or others that their provenance states.
 
 use serde_json::{Value, json};
-use sonel::rendered_with;
-use sonel_acoustics::Material;
+use sonel::acoustics::CompiledMaterial;
+use sonel::rendering::rendered_with;
 
 use super::{Subject, Traced};
 
@@ -14,7 +14,7 @@ pub(super) struct Materials<'a> {
     /// These responses.
     pub of: Vec<&'a Subject>,
     /// Their materials, in the order of the scene.
-    pub each: Vec<Material>,
+    pub each: Vec<CompiledMaterial>,
 }
 
 /// The materials of all responses of the `map`; those of the map where it has no response.
@@ -55,14 +55,14 @@ impl Materials<'_> {
 
 #[cfg(test)]
 mod tests {
-    use sonel_acoustics::AbsorptionLaw;
-    use sonel_echogram::provenance::{ByName, Coefficients};
+    use sonel::acoustics::AbsorptionLaw;
+    use sonel::echograms::provenance::{ByName, Coefficients};
 
     use super::*;
 
     #[test]
     fn a_response_has_the_coefficients_that_it_states_and_else_those_of_the_map() {
-        let material = |name: &str| Material {
+        let material = |name: &str| CompiledMaterial {
             name: name.to_owned(),
             absorption: vec![0.1, 0.2],
             scattering: vec![0.3; 2],

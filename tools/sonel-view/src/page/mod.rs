@@ -18,15 +18,15 @@ mod words;
 use anyhow::Context;
 use serde_json::{Value, json};
 use sonel::MaterialVariants;
-use sonel_analysis::ReceiverParameters;
-use sonel_analysis::receiver::parameters_of;
+use sonel::analysis::ReceiverParameters;
+use sonel::analysis::receiver::parameters_of;
+use sonel::echograms::Echograms;
+use sonel::geometry::Geometry;
+use sonel::map::{SonelMap, hexadecimal};
 use sonel_console::follower::Follower;
 use sonel_console::heard::HeardArguments;
 use sonel_console::spelled;
 use sonel_console::uncertainty::UncertaintyArguments;
-use sonel_echogram::Response;
-use sonel_geometry::Geometry;
-use sonel_map::{SonelMap, hexadecimal};
 
 use crate::HeadArguments;
 use document::Document;
@@ -94,7 +94,7 @@ impl Subject {
     }
 
     /// Echograms of the response.
-    pub fn echograms(&self) -> &Response {
+    pub fn echograms(&self) -> &Echograms {
         self.response.echograms()
     }
 
@@ -121,7 +121,7 @@ pub(crate) struct Traced<'a> {
 
 impl Traced<'_> {
     /// Whether `response` was rendered from it.
-    fn holds(self, response: &Response) -> bool {
+    fn holds(self, response: &Echograms) -> bool {
         response.provenance.map_digest == Some(hexadecimal(&self.map.digest()))
     }
 }

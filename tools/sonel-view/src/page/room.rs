@@ -4,14 +4,14 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 use serde_json::{Value, json};
-use sonel_acoustics::Directivity;
-use sonel_echogram::Response;
-use sonel_geometry::Geometry;
-use sonel_scene::Scene;
-use sonel_scene::checkup::Checkup;
+use sonel::acoustics::Directivity;
+use sonel::echograms::Echograms;
+use sonel::geometry::Geometry;
+use sonel::scenes::CompiledScene;
+use sonel::scenes::checkup::Checkup;
 
 /// Walls, materials, sources, receivers, and what a checkup found.
-pub(crate) fn json(scene: &Scene, walls: &Geometry, checkup: Option<&Checkup>) -> Value {
+pub(crate) fn json(scene: &CompiledScene, walls: &Geometry, checkup: Option<&Checkup>) -> Value {
     // A screen shows millimetres of a room that may lie kilometres from the origin.
     let origin = scene.mesh.vertices.first().copied().unwrap_or_default();
     let vertices: Vec<u8> = scene
@@ -48,7 +48,7 @@ pub(crate) fn json(scene: &Scene, walls: &Geometry, checkup: Option<&Checkup>) -
 }
 
 /// Sources and receivers alone, where the map is not at hand.
-pub(crate) fn of_response(response: &Response) -> Value {
+pub(crate) fn of_response(response: &Echograms) -> Value {
     let points = |names: &[String], positions: &[[f64; 3]]| -> Vec<Value> {
         names.iter().zip(positions).map(|(name, at)| point(name, DVec3::from_array(*at))).collect()
     };
@@ -73,7 +73,7 @@ fn point(name: &str, position: DVec3) -> Value {
 }
 
 /// Area of every material [m²], one side of each face.
-fn areas(scene: &Scene) -> Vec<f64> {
+fn areas(scene: &CompiledScene) -> Vec<f64> {
     let mut areas = vec![0.0; scene.materials.len()];
     for (index, triangle) in scene.mesh.triangles.iter().enumerate() {
         let [a, b, c] = scene.mesh.corners(index as u32);

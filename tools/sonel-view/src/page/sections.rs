@@ -1,10 +1,10 @@
 //! Tables and charts of responses, and what the map tells of its trace.
 
 use serde_json::{Value, json};
+use sonel::analysis::modal::ModalBands;
+use sonel::analysis::{ReceiverParameters, report};
+use sonel::drawing::plot;
 use sonel::ledger::{balances_json, fates_json, on_in_words};
-use sonel_analysis::modal::ModalBands;
-use sonel_analysis::{ReceiverParameters, report};
-use sonel_drawing::plot;
 
 use super::charts::{self, layout, rounded};
 use super::document::{Document, color, escaped};

@@ -10,7 +10,7 @@ use std::str::FromStr;
 use sonel_analysis::Parameter;
 use thiserror::Error;
 
-use crate::spread::{PLANNED, Place};
+use crate::study::spread::{PLANNED, Place};
 
 /// Several limits, all to be kept.
 #[derive(Debug, Clone, PartialEq)]
