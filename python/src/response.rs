@@ -16,7 +16,7 @@ use sonel::analysis::receiver::parameters_of;
 use sonel::analysis::speech::{noise_level_db, speech_power_level_db};
 use sonel::echograms::{Echograms, LATERAL_KEYS, ReceiverDirectivity};
 use sonel::{
-    AbsorptionUncertainty, Channels, Head, Microphone, Observer, Path, SPACINGS, SoundOptions, Waypoint,
+    AbsorptionUncertainty, Channels, Head, Microphone, Observer, Route, SPACINGS, SoundOptions, Waypoint,
     microphone,
 };
 use sonel_console::heard::HeardArguments;
@@ -180,9 +180,9 @@ impl Response {
     }
 }
 
-fn path(points: Vec<[f64; 4]>) -> PyResult<Path> {
+fn path(points: Vec<[f64; 4]>) -> PyResult<Route> {
     let points = points.into_iter().map(|[time, x, y, z]| Waypoint { time, position: DVec3::new(x, y, z) });
-    Path::new(points.collect()).map_err(|wrong| refused(format!("path: {wrong}")))
+    Route::new(points.collect()).map_err(|wrong| refused(format!("path: {wrong}")))
 }
 
 fn microphones(points: Vec<Receiver>) -> PyResult<Vec<Microphone>> {

@@ -23,7 +23,7 @@
 //!     .build(&Silent)?;
 //! let map = room.trace(&TraceOptions::default(), &Silent)?.map;
 //! let rendered = map.render(&[], &RenderOptions::default(), &Silent)?;
-//! let (t30, half_width) = rendered.response.parameters().array(Parameter::T30)[4];
+//! let (t30, half_width) = rendered.response.parameters().at(Parameter::T30, 1000.0)?[0];
 //! println!("T30 at 1 kHz: {t30:.3} ± {half_width:.3} s");
 //! # Ok(())
 //! # }
@@ -131,6 +131,6 @@ pub use sonel_analysis::{Parameter, ParameterValue};
 pub use sonel_map::{Mode, ShardRange, Spectral};
 pub use sonel_renderer::{Estimator, ReceiverPoint, Sensitivity};
 pub use sonel_scene::checkup::Checkup;
-pub use sonel_scene::{Document, PolygonMesh, Value};
+pub use sonel_scene::{Document, PolygonMesh, Value as SceneValue};
 #[cfg(feature = "sound")]
-pub use sonel_sound::{Head, Microphone, Path, Waypoint};
+pub use sonel_sound::{Head, Microphone, Path as Route, Waypoint};

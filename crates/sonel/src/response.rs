@@ -175,6 +175,19 @@ impl Parameters {
         self.rows[source * self.receivers + receiver].bands[band].parameter(parameter)
     }
 
+    /// Value of one parameter and half-width of its 95 % interval in the band of this centre [Hz], for every pair [S, R], in the unit of
+    /// [`Parameter::key`]; NaN where there is none.
+    ///
+    /// # Errors
+    /// When the response has no such band.
+    pub fn at(&self, parameter: Parameter, center_frequency_hz: f64) -> Result<Vec<(f64, f64)>> {
+        let bands = self.rows.first().map_or(&[][..], |row| &row.bands);
+        let centers: Vec<f64> = bands.iter().map(|band| band.center_frequency_hz).collect();
+        let band = crate::names::band(&centers, center_frequency_hz, "the response has no band")
+            .map_err(Error::refused)?;
+        Ok(self.array(parameter).into_iter().skip(band).step_by(bands.len()).collect())
+    }
+
     /// Values and half-widths of their 95 % intervals, [S, R, B], the band fastest, in the unit of [`Parameter::key`]; NaN where there is none.
     #[must_use]
     pub fn array(&self, parameter: Parameter) -> Vec<(f64, f64)> {
