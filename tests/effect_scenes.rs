@@ -1,6 +1,9 @@
 //! Scenes from trivial to hard, each an occasion for effects or for leaving them out, and what `auto` makes of them.
 
 use glam::{DVec3, dvec3};
+use sonel::study::effects::{Decision, EffectSpec, decide, states};
+use sonel::study::pipeline::{InMemory, Rendered, Room, render_and_read};
+use sonel::study::response::receivers_of;
 use sonel_acoustics::{Air, BandWidth, Bands, Material, Pattern};
 use sonel_analysis::{Parameter, ParameterValue};
 use sonel_console::Stopwatch;
@@ -8,9 +11,6 @@ use sonel_geometry::Mesh;
 use sonel_map::{Mode, Settings};
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
-use sonel_study::effects::{Decision, EffectSpec, decide, states};
-use sonel_study::pipeline::{InMemory, Rendered, Room, render_and_read};
-use sonel_study::response::receivers_of;
 
 use crate::{meshes, shipped};
 

@@ -20,6 +20,8 @@ pub mod wrong_levels;
 
 use std::path::Path;
 
+use sonel::study::pipeline::{self, Clock, InMemory, NoClock, Rendered, TracedMap};
+use sonel::study::response::receivers_of;
 use sonel_analysis::map_comparison;
 use sonel_design::sensitivity::VariedMap;
 use sonel_echogram::Response;
@@ -28,8 +30,6 @@ use sonel_map::{BandClasses, EffectState, Emissions, Ledger, PathWeight, Segment
 use sonel_renderer::deposit::TimeBins;
 use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_scene::{Effect, Loaded, Scene};
-use sonel_study::pipeline::{self, Clock, InMemory, NoClock, Rendered, TracedMap};
-use sonel_study::response::receivers_of;
 
 /// A shipped scene.
 #[must_use]
@@ -81,8 +81,9 @@ impl Traced {
 
     fn with_effects(scene: Scene, settings: Settings, effects: Vec<EffectState>) -> Self {
         let geometry = scene.geometry().expect("a sound mesh");
+        let header = pipeline::whole_run(&scene, effects, settings);
         let TracedMap { map, ledger, .. } =
-            pipeline::trace(&scene, &geometry, effects, settings, &mut InMemory, &NoClock)
+            pipeline::trace(&header, &geometry, None, &mut InMemory, &NoClock, &mut |_| {})
                 .expect("a tight room");
         Self { geometry, map, ledger, edges: false }
     }

@@ -8,7 +8,7 @@ use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyMapping, PyString};
 use sonel::{
-    AbsorptionUncertainty, Change, Coefficients, Pattern, ReceiverPoint, Sensitivity, Value, Variants,
+    AbsorptionUncertainty, Change, Coefficients, Pattern, ReceiverPoint, SceneValue, Sensitivity, Variants,
 };
 use sonel_console::count::parse_count;
 use sonel_console::time::parse_time;
@@ -64,7 +64,7 @@ fn plain<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
 }
 
 /// A value of a scene.
-pub(crate) fn value(given: &Bound<'_, PyAny>) -> PyResult<Value> {
+pub(crate) fn value(given: &Bound<'_, PyAny>) -> PyResult<SceneValue> {
     let given = plain(given)?;
     if let Ok(flag) = given.cast::<PyBool>() {
         return Ok(flag.is_true().into());
@@ -74,7 +74,7 @@ pub(crate) fn value(given: &Bound<'_, PyAny>) -> PyResult<Value> {
     }
     if let Ok(mapping) = given.cast::<PyMapping>() {
         let entries = entries(mapping)?.into_iter().map(|(key, given)| Ok((key, value(&given)?)));
-        return Ok(Value::table(entries.collect::<PyResult<Vec<_>>>()?));
+        return Ok(SceneValue::table(entries.collect::<PyResult<Vec<_>>>()?));
     }
     if let Ok(number) = given.extract::<f64>() {
         return Ok(number.into());

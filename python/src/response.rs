@@ -11,16 +11,16 @@ use glam::DVec3;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
+use sonel::analysis::modulation::Talk;
+use sonel::analysis::receiver::parameters_of;
+use sonel::analysis::speech::{noise_level_db, speech_power_level_db};
+use sonel::echograms::{Echograms, LATERAL_KEYS, ReceiverDirectivity};
 use sonel::{
-    AbsorptionUncertainty, Channels, Head, Microphone, Observer, Path, SPACINGS, SoundOptions, Waypoint,
+    AbsorptionUncertainty, Channels, Head, Microphone, Observer, Route, SPACINGS, SoundOptions, Waypoint,
     microphone,
 };
-use sonel_analysis::modulation::Talk;
-use sonel_analysis::receiver::parameters_of;
-use sonel_analysis::speech::{noise_level_db, speech_power_level_db};
 use sonel_console::heard::HeardArguments;
 use sonel_console::output::{Kind, Output};
-use sonel_echogram::{LATERAL_KEYS, ReceiverDirectivity, Response as Echograms};
 
 use crate::convert::{Receiver, object, octaves, receiver, refused};
 use crate::error;
@@ -180,9 +180,9 @@ impl Response {
     }
 }
 
-fn path(points: Vec<[f64; 4]>) -> PyResult<Path> {
+fn path(points: Vec<[f64; 4]>) -> PyResult<Route> {
     let points = points.into_iter().map(|[time, x, y, z]| Waypoint { time, position: DVec3::new(x, y, z) });
-    Path::new(points.collect()).map_err(|wrong| refused(format!("path: {wrong}")))
+    Route::new(points.collect()).map_err(|wrong| refused(format!("path: {wrong}")))
 }
 
 fn microphones(points: Vec<Receiver>) -> PyResult<Vec<Microphone>> {
@@ -223,7 +223,7 @@ impl Response {
                 let variants = map.material_variants(echograms, &uncertain, observer)?;
                 variants.attach(&mut rows, |of| Ok::<_, sonel::Error>(parameters_of(of, talk.as_ref())))?;
             }
-            Ok(sonel_analysis::report::json(&rows))
+            Ok(sonel::analysis::report::json(&rows))
         })?;
         object(py, &json)
     }
@@ -353,12 +353,12 @@ impl Response {
 
     #[getter]
     fn metadata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        object(py, &self.echograms().metadata)
+        object(py, &self.echograms().provenance.to_json())
     }
 
     #[getter]
     fn metadata_json(&self) -> String {
-        self.echograms().metadata.to_string()
+        self.echograms().provenance.to_json().to_string()
     }
 
     #[getter]

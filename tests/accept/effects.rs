@@ -1,8 +1,8 @@
 //! `auto` against all effects in twenty-one scenes: what it leaves out changes no more than promised, and no more than a tenth of a
 //! just-noticeable difference; each effect is missed where a scene needs it. The quick form is in tests/physics.
 
+use sonel::study::effects::{Effect, THRESHOLD};
 use sonel_acoustics::just_noticeable;
-use sonel_study::effects::{Effect, THRESHOLD};
 use sonel_tests::effect_scenes::{Outcome, against, scenes};
 
 const EMISSIONS: u64 = 4_000;

@@ -5,6 +5,8 @@
 
 use std::f64::consts::TAU;
 
+use sonel::study::pipeline::InMemory;
+use sonel::study::response::receivers_of;
 use sonel_acoustics::{BandWidth, Bands, Coefficient, Material};
 use sonel_analysis::{Parameter, parameters};
 use sonel_design::fit::{FitSettings, Fitted, Identifiability, Measurement, fit};
@@ -12,8 +14,6 @@ use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
-use sonel_study::pipeline::InMemory;
-use sonel_study::response::receivers_of;
 use sonel_testkit::uniform::Uniform;
 use sonel_tests::{Traced, shipped};
 

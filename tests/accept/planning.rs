@@ -1,17 +1,17 @@
 //! What a pilot predicts of error and time comes true within a factor of 1.5 in nine of ten scenes.
 
 use glam::dvec3;
+use sonel::study::evaluation_receivers::evaluation_receivers;
+use sonel::study::forecast::Effort;
+use sonel::study::pilot::{self, PilotConfig};
+use sonel::study::pipeline::{Clock, InMemory, Room, render_and_read};
+use sonel::study::spread::{PLANNED, readings};
 use sonel_acoustics::{Bands, Material};
 use sonel_console::Stopwatch;
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
-use sonel_study::evaluation_receivers::evaluation_receivers;
-use sonel_study::forecast::Effort;
-use sonel_study::pilot::{self, PilotConfig};
-use sonel_study::pipeline::{Clock, InMemory, Room, render_and_read};
-use sonel_study::spread::{PLANNED, readings};
 use sonel_tests::{meshes, shipped};
 
 fn boxed(size: [f64; 3], absorption: f64, scattering: f64) -> Scene {

@@ -2,15 +2,15 @@
 //!
 //! The runs begin with fewer packets than planned, so that they take more iterations than `sonel-trace --until` does.
 
+use sonel::study::pipeline::{InMemory, NoClock, Room, render_and_read};
+use sonel::study::response::receivers_of;
+use sonel::study::spread::readings;
+use sonel::study::target::Targets;
+use sonel::study::until::Verdict;
 use sonel_analysis::Parameter;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
-use sonel_study::pipeline::{InMemory, NoClock, Room, render_and_read};
-use sonel_study::response::receivers_of;
-use sonel_study::spread::readings;
-use sonel_study::target::Targets;
-use sonel_study::until::Verdict;
 use sonel_tests::shipped;
 
 const SEEDS: u64 = 120;

@@ -7,14 +7,14 @@
 #![allow(clippy::print_stdout)] // a benchmark reports to whoever runs it
 
 use glam::DVec3;
+use sonel::study::pipeline::{InMemory, Room, render_and_read};
+use sonel::study::response::receivers_of;
 use sonel_analysis::Parameter;
 use sonel_console::Stopwatch;
 use sonel_geometry::{Mesh, MeshTriangle};
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::{Receiver, Scene};
-use sonel_study::pipeline::{InMemory, Room, render_and_read};
-use sonel_study::response::receivers_of;
 use sonel_tests::{meshes, shipped};
 
 /// Packets in the hall: about those of the default, where packets and visibility rays bring noise alike.

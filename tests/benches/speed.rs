@@ -24,13 +24,13 @@ use std::time::Duration;
 
 use cpu_time::ProcessTime;
 use glam::Vec3;
+use sonel::study::response::receivers_of;
 use sonel_analysis::Parameter;
 use sonel_design::sensitivity::sensitivities;
 use sonel_geometry::{Departure, Geometry};
 use sonel_map::{MapWriter, Settings, SonelMap};
 use sonel_renderer::{ReceiverPoint, RenderSettings};
 use sonel_scene::Scene;
-use sonel_study::response::receivers_of;
 use sonel_tests::{Traced, shipped};
 
 fn main() {

@@ -53,9 +53,9 @@ fn received(traced: &Traced, estimator: Estimator, pattern: Pattern, aim: DVec3)
     let receiver = Receiver { name: "pattern".to_owned(), position, aim, pattern };
     let settings = RenderSettings { directions: false, edges: traced.edges, ..with_directions(estimator) };
     let receivers = [(&receiver).into()];
-    let clock = &sonel_study::pipeline::NoClock;
+    let clock = &sonel::study::pipeline::NoClock;
     let received =
-        sonel_study::pipeline::render_and_read(&traced.map, &traced.geometry, &receivers, &settings, clock);
+        sonel::study::pipeline::render_and_read(&traced.map, &traced.geometry, &receivers, &settings, clock);
     received.expect("a sound receiver").response.echogram(0, 0, 0).iter().sum()
 }
 
@@ -156,7 +156,7 @@ fn receivers_without_a_lateral_axis_are_refused_by_name() {
     scene.receivers[1].pattern = Pattern::Cardioid;
     let traced = traced(scene, 100);
     let settings = with_directions(Estimator::Auto);
-    let receivers = sonel_study::response::receivers_of(&traced.map.header().scene);
+    let receivers = sonel::study::response::receivers_of(&traced.map.header().scene);
     let renderer = traced.renderer(settings);
     let Err(RenderError::Receivers(problems)) = renderer.check_receivers(&receivers) else {
         panic!("both are refused");

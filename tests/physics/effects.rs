@@ -1,9 +1,9 @@
 //! What `auto` leaves out changes no more than promised, and what it leaves in is missed where it is left out: one scene an effect, and one that
 //! needs none. All of them are in tests/accept.
 
+use sonel::study::effects::{Decision, Effect, THRESHOLD, decide};
 use sonel_acoustics::just_noticeable;
 use sonel_map::Mode;
-use sonel_study::effects::{Decision, Effect, THRESHOLD, decide};
 use sonel_tests::effect_scenes::{against, scenes};
 
 const EMISSIONS: u64 = 1_000;

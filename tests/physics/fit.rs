@@ -1,5 +1,7 @@
 //! Coefficients fitted to parameters of a room whose coefficients are known.
 
+use sonel::study::pipeline::InMemory;
+use sonel::study::response::receivers_of;
 use sonel_acoustics::{BandWidth, Bands, Coefficient, Material};
 use sonel_analysis::{Parameter, parameters};
 use sonel_design::fit::{Fit, FitSettings, Fitted, Identifiability, Measurement, Stage, fit};
@@ -7,8 +9,6 @@ use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
-use sonel_study::pipeline::InMemory;
-use sonel_study::response::receivers_of;
 use sonel_tests::Traced;
 
 /// Materials of the room, with absorption and scattering in two bands.

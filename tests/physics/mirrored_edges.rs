@@ -2,12 +2,12 @@
 
 use glam::{DVec3, dvec3};
 use rayon::prelude::*;
+use sonel::study::response::receivers_of;
 use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::{PathClass, ReceiverPoint, RenderSettings};
 use sonel_scene::Scene;
-use sonel_study::response::receivers_of;
 use sonel_tests::{Traced, meshes};
 
 const DURATION: f64 = 0.3;

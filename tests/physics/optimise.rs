@@ -1,5 +1,7 @@
 //! The cheapest change of a room for a goal whose answer is known.
 
+use sonel::study::pipeline::{InMemory, NoClock};
+use sonel::study::response::receivers_of;
 use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_analysis::Parameter;
 use sonel_analysis::average::average;
@@ -9,8 +11,6 @@ use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
-use sonel_study::pipeline::{InMemory, NoClock};
-use sonel_study::response::receivers_of;
 use sonel_tests::Traced;
 
 /// Walls of 104 m², floor and ceiling of 40 m² each.

@@ -73,7 +73,7 @@ fn of_times(times: [f64; OCTAVES.len()]) -> Response {
             kind: vec![0],
         },
         directions: None,
-        metadata: serde_json::Value::Null,
+        provenance: Default::default(),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Other materials on the same map against fresh traces of them, and changes that the paths cannot carry.
 
+use sonel::study::response::receivers_of;
 use sonel_acoustics::{BandWidth, Bands, Coefficient, Material, Pattern};
 use sonel_analysis::what_if::{Fitness, fitness};
 use sonel_analysis::{Parameter, ReceiverParameters, parameters};
@@ -8,7 +9,6 @@ use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
-use sonel_study::response::receivers_of;
 use sonel_tests::estimates::{agree_in_windows, windows};
 use sonel_tests::two_rooms::{Partition, two_rooms};
 use sonel_tests::{Traced, batch_fluence, changed_box};

@@ -114,7 +114,7 @@ fn help_lists_the_parameters_that_are_read() {
     let helps = arguments.filter_map(|argument| argument.get_help()).map(ToString::to_string);
     let lists: Vec<String> = helps.filter(|help| help.contains("level, ")).collect();
     assert_eq!(lists.len(), 5, "{lists:#?}");
-    let names = sonel_study::target::names();
+    let names = sonel::study::target::names();
     for list in lists {
         assert!(list.replace(" or ", ", ").contains(&names), "{list}");
     }

@@ -2,11 +2,11 @@
 
 use std::sync::Mutex;
 
+use sonel::study::effects::{EffectSpec, decide, states};
+use sonel::study::pipeline::{Clock, InMemory, NoClock, Rendered, Room, TracedMap, render_and_read};
+use sonel::study::response::receivers_of;
 use sonel_map::{Mode, Settings, SonelMap, Vertex};
 use sonel_renderer::RenderSettings;
-use sonel_study::effects::{EffectSpec, decide, states};
-use sonel_study::pipeline::{self, Clock, InMemory, NoClock, Rendered, TracedMap, render_and_read};
-use sonel_study::response::receivers_of;
 use sonel_testkit::test_folder::TestFolder;
 
 use crate::{render, response, test_folder, trace};
@@ -26,10 +26,11 @@ fn run(folder: &TestFolder, emissions: u64, clock: &dyn Clock) -> Run {
     let decisions = decide(&EffectSpec::default(), Mode::Accurate, &mut scene, &geometry);
     let effects = states(&decisions, Mode::Accurate);
     let settings = Settings { emissions, ..Settings::default() };
-    let traced =
-        pipeline::trace(&scene, &geometry, effects, settings, &mut InMemory, clock).expect("a tight room");
+    let room = Room::within(&scene, geometry, effects);
+    let traced = room.trace(settings, &mut InMemory, clock).expect("a tight room");
     let (receivers, render) = (receivers_of(&scene), RenderSettings::default());
-    let rendered = render_and_read(&traced.map, &geometry, &receivers, &render, clock).expect("a rendering");
+    let rendered =
+        render_and_read(&traced.map, room.geometry(), &receivers, &render, clock).expect("a rendering");
     Run { traced, rendered }
 }
 

@@ -100,7 +100,7 @@ fn bands_below_the_schroeder_frequency_are_named() {
     trace(&folder, "a.sonelmap", &["--packets", "2k"]).unwrap();
     render(&folder, "a.sonelmap", "a.npz", &[]).unwrap();
     let response = response(&folder, "a.npz");
-    let volume = response.metadata["volume_m3"].as_f64().unwrap();
+    let volume = response.provenance.volume_m3.unwrap();
     let named = ModalBands::of(&parameters(&response), volume).unwrap().to_string();
     assert!(named.starts_with("63, 125 Hz are below the Schroeder frequency (14"), "{named}");
     assert_eq!(ModalBands::of(&parameters(&response), 10.0 * volume), None);

@@ -1,8 +1,8 @@
 //! What is divided over jobs equals the run in one piece, byte for byte: receivers, and shards that take their decision from one map.
 
 use clap::Parser;
+use sonel::study::response::PART;
 use sonel_echogram::join;
-use sonel_study::response::PART;
 use sonel_testkit::test_folder::TestFolder;
 
 use crate::{printed, render, response, test_folder, trace};
@@ -79,7 +79,7 @@ fn parts_of_two_revisions_are_refused_by_name() {
         response(&folder, "a.npz")
     };
     let (one, mut two) = (part("1/2"), part("2/2"));
-    two.metadata["tool_version"] = "0.1.0+2.ab".into();
+    two.provenance.tool_version = Some("0.1.0+2.ab".to_owned());
     let problems = join(vec![("1.npz".to_owned(), one), ("2.npz".to_owned(), two)]).unwrap_err();
     let said = problems[0].to_string();
     assert!(

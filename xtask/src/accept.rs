@@ -87,7 +87,7 @@ const PUBLISHED: [&str; 14] = [
     "sonel-renderer",
     "sonel-analysis",
     "sonel-sound",
-    "sonel-study",
+    "sonel-drawing",
     "sonel",
 ];
 

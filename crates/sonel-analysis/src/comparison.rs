@@ -12,8 +12,8 @@
 //!
 //! References: [Sidak1967], [ISO3382-1] table A.1 for just-noticeable differences (docs/references.md).
 
-use serde_json::Value;
 use sonel_acoustics::just_noticeable as noticeable;
+use sonel_echogram::Provenance;
 
 use crate::estimate::{Estimate, NoInterval, ParameterValue, StandardError};
 use crate::jackknife;
@@ -37,12 +37,11 @@ pub enum Pairing {
 }
 
 impl Pairing {
-    /// Of two responses with these metadata: those of one map, or of runs with one seed and layout, began each batch with the same random numbers.
+    /// Of two responses of this provenance: those of one map, or of runs with one seed and layout, began each batch with the same random numbers.
     #[must_use]
-    pub fn of(a: &Value, b: &Value) -> Self {
-        let shared =
-            ["seed", "batches", "survival"].iter().all(|key| !a[*key].is_null() && a[*key] == b[*key]);
-        if shared { Self::Batches } else { Self::Independent }
+    pub fn of(a: &Provenance, b: &Provenance) -> Self {
+        let layout = |of: &Provenance| Some((of.seed?, of.batches?, of.survival?.to_bits()));
+        if layout(a).is_some() && layout(a) == layout(b) { Self::Batches } else { Self::Independent }
     }
 }
 

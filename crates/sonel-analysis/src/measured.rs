@@ -82,15 +82,12 @@ fn row(header: &StringRecord, record: &StringRecord) -> Result<Option<MeasuredRo
     };
     let needed = |name: &str| text(name).ok_or_else(|| format!("line {line}: {name} is empty"));
     let key = needed("parameter")?;
-    let mut unused = Parameter::LATERAL
-        .into_iter()
-        .chain(Parameter::SUPPORT.map(|(support, _)| support))
-        .chain(Parameter::IN_NOISE)
-        .chain([Parameter::DirectToReverberant]);
-    if WITHOUT_BAND.contains(&key) || unused.any(|parameter| parameter.key() == key) {
+    let known = Parameter::EVERY.into_iter().find(|parameter| parameter.key() == key);
+    let is_unused = known.is_some_and(|known| !Parameter::ALL.contains(&known));
+    if WITHOUT_BAND.contains(&key) || is_unused {
         return Ok(None);
     }
-    let parameter = Parameter::ALL.into_iter().find(|parameter| parameter.key() == key).ok_or_else(|| {
+    let parameter = known.ok_or_else(|| {
         let keys = Parameter::ALL.map(Parameter::key).join(", ");
         format!("line {line}: there is no parameter \"{key}\"; there are {keys}")
     })?;

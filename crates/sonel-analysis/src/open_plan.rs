@@ -199,7 +199,7 @@ mod tests {
             missing: None,
             arrivals: Arrivals::default(),
             directions: None,
-            metadata: serde_json::Value::Null,
+            provenance: Default::default(),
         }
     }
 

@@ -51,12 +51,26 @@ pub enum Parameter {
     DirectToReverberant,
 }
 
+/// Names of a parameter, and how its value is written.
+struct Names {
+    /// Key in JSON and CSV.
+    key: &'static str,
+    /// Name in options.
+    short: &'static str,
+    /// Symbol of the standard.
+    symbol: &'static str,
+    /// Unit of outputs.
+    unit: &'static str,
+    /// Just-noticeable difference, relative where [`Parameter::is_noticed_relatively`].
+    noticeable: f64,
+}
+
 /// Number of parameters per band that every response has.
 pub const PARAMETER_COUNT: usize = 9;
 
 impl Parameter {
-    /// Parameters of every response, in the order of every output: the first of [`Parameter`], in its order.
-    pub const ALL: [Self; PARAMETER_COUNT] = [
+    /// Every parameter, also those that only some responses have.
+    pub const EVERY: [Self; 17] = [
         Self::Level,
         Self::Strength,
         Self::EarlyDecayTime,
@@ -66,7 +80,19 @@ impl Parameter {
         Self::ClarityC80,
         Self::DefinitionD50,
         Self::CenterTime,
+        Self::LateralFraction,
+        Self::LateralFractionCosine,
+        Self::LateLateralLevel,
+        Self::SupportEarly,
+        Self::SupportLate,
+        Self::UsefulToDetrimental,
+        Self::SignalToNoise,
+        Self::DirectToReverberant,
     ];
+
+    /// Parameters of every response, in the order of every output: the first of [`Self::EVERY`].
+    pub const ALL: [Self; PARAMETER_COUNT] =
+        *Self::EVERY.first_chunk().expect("every response has fewer parameters than there are");
 
     /// Parameters of responses with directions, besides.
     pub const LATERAL: [Self; 3] =
@@ -79,44 +105,73 @@ impl Parameter {
     /// Parameters of speech in noise, besides.
     pub const IN_NOISE: [Self; 2] = [Self::UsefulToDetrimental, Self::SignalToNoise];
 
-    /// Key, symbol, unit of outputs and just-noticeable difference, relative where [`Self::is_noticed_relatively`]. Those of L_J, support, U50 and
-    /// ratios of direct sound are not known: they are taken for those of levels and of clarity.
-    fn description(self) -> (&'static str, &'static str, &'static str, f64) {
+    /// The table of all parameters. Just-noticeable differences of L_J, support, U50 and ratios of direct sound are not known: they are taken
+    /// for those of levels and of clarity.
+    fn names(self) -> Names {
+        let row = |key, short, symbol, unit, noticeable| Names { key, short, symbol, unit, noticeable };
         match self {
-            Self::Level => ("level_db", "L", "dB", noticeable::LEVEL_DB),
-            Self::Strength => ("strength_g_db", "G", "dB", noticeable::LEVEL_DB),
-            Self::EarlyDecayTime => ("early_decay_time_s", "EDT", "s", noticeable::EARLY_DECAY_TIME),
-            Self::T20 => ("t20_s", "T20", "s", noticeable::REVERBERATION_TIME),
-            Self::T30 => ("t30_s", "T30", "s", noticeable::REVERBERATION_TIME),
-            Self::ClarityC50 => ("clarity_c50_db", "C50", "dB", noticeable::CLARITY_DB),
-            Self::ClarityC80 => ("clarity_c80_db", "C80", "dB", noticeable::CLARITY_DB),
-            Self::DefinitionD50 => ("definition_d50", "D50", "%", noticeable::DEFINITION),
-            Self::CenterTime => ("center_time_s", "Ts", "ms", noticeable::CENTER_TIME),
-            Self::LateralFraction => ("lateral_fraction", "LF", "%", noticeable::LATERAL_FRACTION),
+            Self::Level => row("level_db", "level", "L", "dB", noticeable::LEVEL_DB),
+            Self::Strength => row("strength_g_db", "g", "G", "dB", noticeable::LEVEL_DB),
+            Self::EarlyDecayTime => {
+                row("early_decay_time_s", "edt", "EDT", "s", noticeable::EARLY_DECAY_TIME)
+            }
+            Self::T20 => row("t20_s", "t20", "T20", "s", noticeable::REVERBERATION_TIME),
+            Self::T30 => row("t30_s", "t30", "T30", "s", noticeable::REVERBERATION_TIME),
+            Self::ClarityC50 => row("clarity_c50_db", "c50", "C50", "dB", noticeable::CLARITY_DB),
+            Self::ClarityC80 => row("clarity_c80_db", "c80", "C80", "dB", noticeable::CLARITY_DB),
+            Self::DefinitionD50 => row("definition_d50", "d50", "D50", "%", noticeable::DEFINITION),
+            Self::CenterTime => row("center_time_s", "ts", "Ts", "ms", noticeable::CENTER_TIME),
+            Self::LateralFraction => row("lateral_fraction", "lf", "LF", "%", noticeable::LATERAL_FRACTION),
             Self::LateralFractionCosine => {
-                ("lateral_fraction_cosine", "LFC", "%", noticeable::LATERAL_FRACTION)
+                row("lateral_fraction_cosine", "lfc", "LFC", "%", noticeable::LATERAL_FRACTION)
             }
-            Self::LateLateralLevel => ("late_lateral_level_db", "LJ", "dB", noticeable::LEVEL_DB),
-            Self::SupportEarly => ("support_early_db", "STearly", "dB", noticeable::LEVEL_DB),
-            Self::SupportLate => ("support_late_db", "STlate", "dB", noticeable::LEVEL_DB),
+            Self::LateLateralLevel => row("late_lateral_level_db", "lj", "LJ", "dB", noticeable::LEVEL_DB),
+            Self::SupportEarly => row("support_early_db", "stearly", "STearly", "dB", noticeable::LEVEL_DB),
+            Self::SupportLate => row("support_late_db", "stlate", "STlate", "dB", noticeable::LEVEL_DB),
             Self::UsefulToDetrimental => {
-                ("useful_to_detrimental_u50_db", "U50", "dB", noticeable::CLARITY_DB)
+                row("useful_to_detrimental_u50_db", "u50", "U50", "dB", noticeable::CLARITY_DB)
             }
-            Self::SignalToNoise => ("signal_to_noise_db", "SNR", "dB", noticeable::LEVEL_DB),
-            Self::DirectToReverberant => ("direct_to_reverberant_db", "DRR", "dB", noticeable::CLARITY_DB),
+            Self::SignalToNoise => row("signal_to_noise_db", "snr", "SNR", "dB", noticeable::LEVEL_DB),
+            Self::DirectToReverberant => {
+                row("direct_to_reverberant_db", "drr", "DRR", "dB", noticeable::CLARITY_DB)
+            }
+        }
+    }
+
+    /// The parameter of this key or short name, in any case of letters.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        let is_named =
+            |names: Names| [names.key, names.short].iter().any(|known| known.eq_ignore_ascii_case(name));
+        Self::EVERY.into_iter().find(|parameter| is_named(parameter.names()))
+    }
+
+    /// Name in options, such as `t30`.
+    #[must_use]
+    pub fn short_name(self) -> &'static str {
+        self.names().short
+    }
+
+    /// A limit of its interval as options take it, such as `1%`.
+    #[must_use]
+    pub fn example_of_limit(self) -> &'static str {
+        match self.names().unit {
+            "dB" => "0.1dB",
+            "ms" => "2ms",
+            _ => "1%",
         }
     }
 
     /// Key in JSON and CSV.
     #[must_use]
     pub fn key(self) -> &'static str {
-        self.description().0
+        self.names().key
     }
 
     /// The just-noticeable difference about `value`, in its own unit.
     #[must_use]
     pub fn just_noticeable(self, value: f64) -> f64 {
-        let (.., noticeable) = self.description();
+        let noticeable = self.names().noticeable;
         if self.is_noticed_relatively() { noticeable * value } else { noticeable }
     }
 
@@ -135,7 +190,7 @@ impl Parameter {
     /// Its symbol and unit as the head of a column, and the factor from its own unit to that one.
     #[must_use]
     pub fn heading(self) -> (&'static str, &'static str, f64) {
-        let (_, symbol, unit, _) = self.description();
+        let Names { symbol, unit, .. } = self.names();
         let factor = match unit {
             "%" => 100.0,
             "ms" => 1000.0,

@@ -245,7 +245,8 @@ fn at_receiver(
     let count = response.bands();
     let power = &response.source_power_level_db[s * count..(s + 1) * count];
     let more = talk.map(|talk| talk.more_than(&response.center_frequency_hz, power));
-    let has_direct = response.metadata["together"].is_array();
+    let has_direct = !response.provenance.together.is_empty();
+    let measured = response.provenance.measured.as_ref();
     let found: Vec<BandParameters> = bands
         .par_iter()
         .enumerate()
@@ -266,7 +267,7 @@ fn at_receiver(
                 });
                 parameters.push((Parameter::DirectToReverberant, ratio));
             }
-            if let Some(reached_db) = response.metadata["measured"]["reached_db"][b].as_f64() {
+            if let Some(&reached_db) = measured.and_then(|measured| measured.reached_db.get(b)) {
                 parameters.retain_mut(|(parameter, value)| {
                     if let (Ok(_), Some(reason)) = (&value, refusal(*parameter, reached_db)) {
                         *value = Err(reason);

@@ -1,6 +1,5 @@
 //! Whole responses: intervals from batches, reasons where there are none, the shape of the output.
 
-use serde_json::Value;
 use sonel_analysis::average::single_number;
 use sonel_analysis::comparison::{Pairing, compare};
 use sonel_analysis::estimate::NoInterval;
@@ -50,7 +49,7 @@ fn response(weight: &[f64], mut batch: impl FnMut(&[f64]) -> Vec<f32>) -> Respon
         missing: None,
         arrivals: Arrivals::default(),
         directions: None,
-        metadata: Value::Null,
+        provenance: Default::default(),
     }
 }
 

@@ -19,7 +19,7 @@ pub use certainty::Identifiability;
 
 use crate::local::{Datum, Local, Unknown};
 use crate::sensitivity::{Varied, VariedMap, value, values};
-use sonel_study::pipeline::{self, MapStore, NoClock, PipelineError};
+use sonel::study::pipeline::{self, MapStore, NoClock};
 
 /// Most renderings. Chosen, not measured; doubled, fits that do not converge take twice as long.
 const MOST_ROUNDS: u32 = 10;
@@ -119,7 +119,7 @@ pub struct Fit {
 pub enum FitError {
     /// A map could not be rendered or traced.
     #[error(transparent)]
-    PipelineRun(#[from] PipelineError),
+    PipelineRun(#[from] sonel::Error),
     /// No measured value has a computed one.
     #[error("the map supports none of the measured values; the first: {0}")]
     NothingComputed(String),
@@ -151,7 +151,7 @@ impl<'a, S: MapStore> Workbench<'a, S> {
         &mut self,
         materials: Vec<Material>,
         tell: &mut (dyn FnMut(Stage) + Send),
-    ) -> Result<bool, PipelineError> {
+    ) -> Result<bool, sonel::Error> {
         let VariedMap { map, geometry, .. } = self.map();
         let sources = map.header().scene.sources.clone();
         map.change(materials, sources);
@@ -161,9 +161,8 @@ impl<'a, S: MapStore> Workbench<'a, S> {
         }
         tell(Stage::Retracing(refusals));
         let header = map.header().clone();
-        let (scene, store) = (&header.scene, &mut *self.store);
-        let traced =
-            pipeline::trace(scene, self.given.geometry, header.effects, header.settings, store, &NoClock)?;
+        let (geometry, store) = (self.given.geometry, &mut *self.store);
+        let traced = pipeline::trace(&header, geometry, None, store, &NoClock, &mut |_| {})?;
         self.traced = Some(traced.map);
         Ok(true)
     }
@@ -172,7 +171,7 @@ impl<'a, S: MapStore> Workbench<'a, S> {
         &mut self,
         coefficients: &[Coefficient],
         tell: &mut (dyn FnMut(f64) + Send),
-    ) -> Result<Varied, PipelineError> {
+    ) -> Result<Varied, sonel::Error> {
         let mut map = self.map();
         let sources = map.map.header().scene.sources.len() as f64;
         let mut progress = |source: usize, share: f64| tell((source as f64 + share) / sources);
@@ -180,7 +179,7 @@ impl<'a, S: MapStore> Workbench<'a, S> {
     }
 
     /// Figures with everything that the map has, edges included; none where edges do not diffract.
-    pub(crate) fn with_edges(&mut self) -> Result<Option<Vec<ReceiverParameters>>, PipelineError> {
+    pub(crate) fn with_edges(&mut self) -> Result<Option<Vec<ReceiverParameters>>, sonel::Error> {
         let map = self.map();
         let diffracts = map.render.edges && map.geometry.diffracting_edges().next().is_some();
         diffracts.then(|| map.read()).transpose()
@@ -489,11 +488,11 @@ impl Band {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sonel::study::pipeline::{InMemory, Room};
+    use sonel::study::response::receivers_of;
     use sonel_acoustics::Bands;
     use sonel_map::Settings;
     use sonel_scene::Scene;
-    use sonel_study::pipeline::InMemory;
-    use sonel_study::response::receivers_of;
 
     /// From nearly black to live few packets were reflected often enough; from live to a little less so they were.
     #[test]
@@ -506,7 +505,11 @@ mod tests {
                 .with_duration(1.5);
             let settings = Settings { emissions: 10_000, ..Settings::default() };
             let (receivers, geometry) = (receivers_of(&scene), scene.geometry().unwrap());
-            let traced = pipeline::trace(&scene, &geometry, Vec::new(), settings, &mut InMemory, &NoClock);
+            let traced = Room::within(&scene, scene.geometry().unwrap(), Vec::new()).trace(
+                settings,
+                &mut InMemory,
+                &NoClock,
+            );
             let mut map = traced.unwrap().map;
             let given = VariedMap {
                 map: &mut map,

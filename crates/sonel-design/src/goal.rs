@@ -5,7 +5,7 @@ use std::str::FromStr;
 use sonel_analysis::Parameter;
 use thiserror::Error;
 
-use sonel_study::target::{Limit, TargetError, in_unit, number_and_unit, parameter};
+use sonel::study::target::{Limit, TargetError, in_unit, number_and_unit, parameter};
 
 /// A value that the mean over receivers shall have.
 #[derive(Debug, Clone, PartialEq)]

@@ -9,14 +9,13 @@ use sonel_acoustics::{Coefficient, Material};
 use sonel_analysis::average::average;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_geometry::Geometry;
-use sonel_map::Settings;
 use thiserror::Error;
 
 use crate::fit::{Stage, Workbench};
 use crate::goal::Goal;
 use crate::local::{Datum, Local, Unknown};
 use crate::sensitivity::{Varied, VariedMap, value};
-use sonel_study::pipeline::{self, MapStore, NoClock, PipelineError};
+use sonel::study::pipeline::{self, MapStore, NoClock};
 
 /// Most combinations, of which each is predicted; four digits of alternatives fit. Chosen, not measured; doubled, twice the time and memory.
 pub const MOST_COMBINATIONS: usize = 20_000;
@@ -91,7 +90,7 @@ pub struct Proposal {
 pub enum OptimiseError {
     /// A map could not be rendered or traced.
     #[error(transparent)]
-    PipelineRun(#[from] PipelineError),
+    PipelineRun(#[from] sonel::Error),
     /// The map has no such value.
     #[error("the map has no {} in band {}: {}", .0.key(), .1, .2)]
     NoValue(Parameter, usize, String),
@@ -204,13 +203,12 @@ fn search<S: MapStore>(
 
 impl<S: MapStore> Workbench<'_, S> {
     /// Parameters of a trace of its own with `materials`, from other random numbers.
-    fn verify(&mut self, materials: &[Material]) -> Result<Vec<ReceiverParameters>, PipelineError> {
+    fn verify(&mut self, materials: &[Material]) -> Result<Vec<ReceiverParameters>, sonel::Error> {
         let mut header = self.map().map.header().clone();
         header.scene.materials = materials.to_vec();
-        let settings = Settings { seed: header.settings.seed.wrapping_add(1), ..header.settings };
-        let (scene, store) = (&header.scene, &mut *self.store);
-        let geometry = self.given.geometry;
-        let mut traced = pipeline::trace(scene, geometry, header.effects, settings, store, &NoClock)?;
+        header.settings.seed = header.settings.seed.wrapping_add(1);
+        let (geometry, store) = (self.given.geometry, &mut *self.store);
+        let mut traced = pipeline::trace(&header, geometry, None, store, &NoClock, &mut |_| {})?;
         VariedMap { map: &mut traced.map, ..self.map() }.read()
     }
 }

@@ -11,8 +11,8 @@ use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
 use sonel_renderer::{ReceiverPoint, RenderError, RenderSettings};
 
-use sonel_study::pipeline::{NoClock, PipelineError, render_and_read};
-use sonel_study::response;
+use sonel::study::pipeline::{NoClock, render_and_read};
+use sonel::study::response;
 
 /// By how much a coefficient is raised or lowered: small beside what bends a parameter, large beside rounding.
 const STEP: f64 = 1e-3;
@@ -87,7 +87,7 @@ impl VariedMap<'_> {
     ///
     /// # Errors
     /// When the map cannot be rendered.
-    pub(crate) fn read(&self) -> Result<Vec<ReceiverParameters>, PipelineError> {
+    pub(crate) fn read(&self) -> Result<Vec<ReceiverParameters>, sonel::Error> {
         Ok(render_and_read(self.map, self.geometry, self.receivers, &self.render, &NoClock)?.parameters)
     }
 

@@ -3,7 +3,7 @@
 //! A [`Sweep`] says which settings are compared, with how many packets, and how often each is repeated with another seed.
 //! [`conduct`] runs it. Errors are differences to the exact answer where nothing is sampled (image sources in a room
 //! without scattering), else to a longer run of the best method. Times are CPU seconds of
-//! the process for tracing and rendering, as [`sonel_study::pipeline`] measures them; reading the parameters costs the same with every
+//! the process for tracing and rendering, as [`sonel::study::pipeline`] measures them; reading the parameters costs the same with every
 //! setting and is left out.
 //!
 //! - [`sweep`]: what is varied; [`runs`]: running it;

@@ -33,7 +33,7 @@ pub(crate) enum Allowed {
 }
 
 impl Response {
-    /// Every array but the metadata and the digest. Shapes are those that the axes demand.
+    /// Every array but the provenance and the digest. Shapes are those that the axes demand.
     pub(crate) fn arrays(&self) -> Vec<Array<'_>> {
         use {Allowed::*, Values::*};
         let (s, r, b, t) = (self.sources(), self.receivers(), self.bands(), self.bins());

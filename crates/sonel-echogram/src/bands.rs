@@ -6,7 +6,7 @@ use crate::directions::{Directions, Lateral};
 use crate::response::{Arrivals, Missing, Response};
 
 impl Response {
-    /// The response in the bands of `range` alone; its metadata are empty.
+    /// The response in the bands of `range` alone; its provenance is empty.
     ///
     /// # Panics
     /// When it has no such bands.

@@ -1,20 +1,15 @@
 //! Parts of one response, each with some of its receivers, joined to the response of all receivers, value by value.
 //!
-//! Nothing at a receiver depends on the others, so joining is putting side by side. A part says in its metadata which it is
-//! (`"shard": [I, N]`); everything else that it says must be said by all.
+//! Nothing at a receiver depends on the others, so joining is putting side by side. A part states in its provenance which it is
+//! (`"shard": [I, N]`); everything else that it states must be stated by all.
 
 use std::mem::take;
 
 use serde_json::{Value, json};
 use thiserror::Error;
 
-use crate::{Arrivals, Batches, Directions, Lateral, ReceiverDirectivity, Response};
-
-/// Key of the metadata with the part of the receivers that a response holds.
-const SHARD: &str = "shard";
-/// Lists in every entry of the metadata's `sources` with an entry per receiver, and in every entry of its `classes`.
-const OF_SOURCE: [&str; 3] = ["image_order", "sphere_radius_m", "edges"];
-const OF_CLASS: [&str; 2] = ["energy", "effective_sample_size"];
+use crate::provenance::SourceRendering;
+use crate::{Arrivals, Batches, Directions, Lateral, Provenance, ReceiverDirectivity, Response};
 
 /// Why responses cannot be joined. They are named as the caller names them.
 #[derive(Debug, Error)]
@@ -44,19 +39,18 @@ pub enum JoinError {
     Twice(String, String),
     /// A part is not there.
     #[error("part {0}/{1} is missing: render it with --shard {0}/{1}, or add its response")]
-    Missing(u64, u64),
+    Missing(u32, u32),
 }
 
 impl Response {
     /// Marks the response as part `index` of `count` of the receivers.
     pub fn mark_as_part(&mut self, index: u32, count: u32) {
-        self.metadata[SHARD] = json!([index, count]);
+        self.provenance.shard = Some([index, count]);
     }
 
     /// The number of this part from 1, and of how many.
-    fn part(&self) -> Option<(u64, u64)> {
-        let number = |at: usize| self.metadata[SHARD][at].as_u64();
-        number(0).zip(number(1)).filter(|(index, count)| (1..=*count).contains(index))
+    fn part(&self) -> Option<[u32; 2]> {
+        self.provenance.shard.filter(|[index, count]| (1..=*count).contains(index))
     }
 }
 
@@ -69,7 +63,7 @@ pub fn join(parts: Vec<(String, Response)>) -> Result<Response, Vec<JoinError>> 
     let mut problems = Vec::new();
     for (name, response) in parts {
         match response.part() {
-            Some((index, count)) => numbered.push((index, count, name, response)),
+            Some([index, count]) => numbered.push((index, count, name, response)),
             None => problems.push(JoinError::NoPart(name)),
         }
     }
@@ -92,9 +86,7 @@ pub fn join(parts: Vec<(String, Response)>) -> Result<Response, Vec<JoinError>> 
         return Err(problems);
     }
     let mut whole = side_by_side(parts);
-    if let Some(metadata) = whole.metadata.as_object_mut() {
-        metadata.shift_remove(SHARD);
-    }
+    whole.provenance.shard = None;
     Ok(whole)
 }
 
@@ -116,15 +108,12 @@ fn differences(reference: &str, a: &Response, name: &str, b: &Response) -> Vec<J
         .collect()
 }
 
-/// Metadata of a part that do not belong to its receivers.
+/// What a part states that does not belong to its receivers.
 fn shared(part: &Response) -> serde_json::Map<String, Value> {
-    let mut facts = part.metadata.as_object().cloned().unwrap_or_default();
-    let of = part.part().map_or(0, |(_, count)| count);
-    facts.insert("number of parts".to_owned(), json!(of));
-    facts.shift_remove(SHARD);
-    for source in facts.get_mut("sources").and_then(Value::as_array_mut).into_iter().flatten() {
-        each_receiver_list(source, &mut |list| list.clear());
-    }
+    let sources = part.provenance.sources.iter().map(SourceRendering::without_receivers).collect();
+    let stated = Provenance { shard: None, sources, ..part.provenance.clone() }.to_json();
+    let mut facts = stated.as_object().cloned().unwrap_or_default();
+    facts.insert("number of parts".to_owned(), json!(part.part().map_or(0, |[_, count]| count)));
     let arrays = json!({
         "center_frequency_hz": part.center_frequency_hz,
         "time_edges_s": part.time_edges_s,
@@ -139,21 +128,6 @@ fn shared(part: &Response) -> serde_json::Map<String, Value> {
     });
     facts.extend(arrays.as_object().cloned().unwrap_or_default());
     facts
-}
-
-/// Visits the lists of `source` in the metadata that have an entry per receiver, always in the same order.
-fn each_receiver_list(source: &mut Value, visit: &mut dyn FnMut(&mut Vec<Value>)) {
-    let mut lists_of = |owner: &mut Value, keys: &[&str]| {
-        for key in keys {
-            if let Some(list) = owner.get_mut(*key).and_then(Value::as_array_mut) {
-                visit(list);
-            }
-        }
-    };
-    lists_of(source, &OF_SOURCE);
-    for class in source.get_mut("classes").and_then(Value::as_array_mut).into_iter().flatten() {
-        lists_of(class, &OF_CLASS);
-    }
 }
 
 /// The response of `parts`, of one rendering each with some of its receivers, in their order.
@@ -176,7 +150,9 @@ pub fn side_by_side(mut parts: Vec<Response>) -> Response {
     for part in parts {
         whole.receiver_names.extend(part.receiver_names);
         whole.receiver_positions.extend(part.receiver_positions);
-        append_metadata(&mut whole.metadata, part.metadata);
+        for (source, part) in whole.provenance.sources.iter_mut().zip(part.provenance.sources) {
+            source.append(part);
+        }
     }
     Response { receiver_directivities, energy, direct_times_s, batches, arrivals, directions, ..whole }
 }
@@ -196,17 +172,6 @@ fn directivities(parts: &[Response]) -> Vec<ReceiverDirectivity> {
         found => found.to_vec(),
     };
     parts.iter().flat_map(of).collect()
-}
-
-fn append_metadata(whole: &mut Value, mut part: Value) {
-    let mut lists = Vec::new();
-    for source in part["sources"].as_array_mut().into_iter().flatten() {
-        each_receiver_list(source, &mut |list| lists.push(take(list)));
-    }
-    let mut lists = lists.into_iter();
-    for source in whole["sources"].as_array_mut().into_iter().flatten() {
-        each_receiver_list(source, &mut |list| list.extend(lists.next().unwrap_or_default()));
-    }
 }
 
 /// Arrays of [outer, receivers of the part, …] as one of [outer, all receivers, …].

@@ -13,6 +13,7 @@ mod directions;
 mod error;
 mod header;
 mod join;
+pub mod provenance;
 mod read;
 mod response;
 mod together;
@@ -23,6 +24,7 @@ pub use borders::batch_time_edges;
 pub use directions::{Directions, LATERAL_KEYS, Lateral};
 pub use error::ResponseError;
 pub use join::{JoinError, join, side_by_side};
+pub use provenance::Provenance;
 pub use response::{ArrivalKind, Arrivals, Batches, Missing, ReceiverDirectivity, Response};
 pub use sonel_acoustics::SourceChange;
 

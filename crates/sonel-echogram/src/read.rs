@@ -6,8 +6,8 @@ use crate::archive::{ArchiveReader, Element, wrong};
 use crate::check::check;
 use crate::directions::LATERAL_KEYS;
 use crate::{
-    Arrivals, Batches, Directions, FORMAT_VERSION, Lateral, Missing, ReceiverDirectivity, Response,
-    ResponseError,
+    Arrivals, Batches, Directions, FORMAT_VERSION, Lateral, Missing, Provenance, ReceiverDirectivity,
+    Response, ResponseError,
 };
 
 impl Response {
@@ -42,7 +42,7 @@ impl Response {
             batches,
             missing: file.missing(s, b)?,
             arrivals: file.arrivals(b)?,
-            metadata: file.metadata()?,
+            provenance: file.provenance()?,
             center_frequency_hz,
             time_edges_s,
             receiver_names,
@@ -159,10 +159,12 @@ impl<R: Read + Seek> ArchiveReader<R> {
         })
     }
 
-    fn metadata(&mut self) -> Result<serde_json::Value, ResponseError> {
+    fn provenance(&mut self) -> Result<Provenance, ResponseError> {
         let text: Vec<String> = self.required("metadata_json", &[])?;
-        serde_json::from_str(&text[0])
-            .map_err(|error| wrong("metadata_json", format!("is not JSON: {error}")))
+        let stated: Option<Provenance> = serde_json::from_str(&text[0]).map_err(|error| {
+            wrong("metadata_json", format!("is not the JSON of docs/formats/response.md: {error}"))
+        })?;
+        Ok(stated.unwrap_or_default())
     }
 }
 
@@ -215,7 +217,7 @@ mod tests {
                 }),
                 moment: (0..2400).map(|value| f64::from(1200 - value)).collect(),
             }),
-            metadata: serde_json::json!({ "seed": 1, "note": "ü" }),
+            provenance: serde_json::from_str(r#"{ "seed": 1, "note": "ü" }"#).unwrap(),
         }
     }
 
@@ -247,7 +249,7 @@ mod tests {
             (1200, moments[1][600], moments[1][1800])
         );
         let all = whole.of_bands(0..2);
-        assert_eq!(Response { metadata: whole.metadata.clone(), ..all }, whole);
+        assert_eq!(Response { provenance: whole.provenance.clone(), ..all }, whole);
     }
 
     #[test]

@@ -2,9 +2,8 @@
 
 use std::ops::Range;
 
-use serde_json::Value;
-
 use crate::directions::{Directions, Lateral};
+use crate::provenance::Provenance;
 
 /// Means of cos² and of |cos| over all directions.
 const DIFFUSE_SHARE: [f64; 2] = [1.0 / 3.0, 0.5];
@@ -45,7 +44,7 @@ pub struct Response {
     /// Energies by direction; none where they were not asked for.
     pub directions: Option<Directions>,
     /// Tool version, seed, digests, options, shares per path class.
-    pub metadata: Value,
+    pub provenance: Provenance,
 }
 
 /// Sensitivity of a receiver to sound from different directions.
@@ -135,7 +134,7 @@ impl Response {
     /// Whether it was measured: its level is not known, and it is the only one.
     #[must_use]
     pub fn is_measured(&self) -> bool {
-        self.metadata["measured"].is_object()
+        self.provenance.measured.is_some()
     }
 
     /// S.
@@ -243,7 +242,7 @@ impl Response {
         })
     }
 
-    /// The same axes, without any sound and without metadata.
+    /// The same axes, without any sound and without provenance.
     pub(crate) fn silent(&self) -> Self {
         Self {
             center_frequency_hz: self.center_frequency_hz.clone(),
@@ -262,7 +261,7 @@ impl Response {
             missing: None,
             arrivals: Arrivals::default(),
             directions: None,
-            metadata: Value::Null,
+            provenance: Provenance::default(),
         }
     }
 }

@@ -4,14 +4,11 @@
 //! energies do not know. A delay moves listed arrivals exactly; what else a bin holds is taken as spread over it. What a delay moves beyond
 //! the last bin counts as energy after the record, as the mean over the receivers.
 
-use serde_json::Value;
 use sonel_acoustics::SourceChange;
 
 use crate::error::ResponseError;
+use crate::provenance::{Provenance, SourceRendering, SystemSource};
 use crate::response::{Arrivals, Batches, Missing, Response};
-
-/// Keys of an entry of the metadata's `sources`: gain [dB] and delay [s] that the scene states.
-const STATED: [&str; 2] = ["gain_db", "delay_s"];
 
 /// Distance to a border within which rounding may put an arrival on its other side [s].
 const BORDER: f64 = 1e-9;
@@ -22,13 +19,12 @@ impl Response {
     /// Gain and delay of every source as its scene states them, 0 where it states none.
     ///
     /// # Errors
-    /// When the metadata state a value that no scene can have.
+    /// When the provenance states a value that no scene can have.
     pub fn stated_changes(&self) -> Result<Vec<SourceChange>, ResponseError> {
         let stated = |s: usize| {
-            let [gain, delay] = STATED.map(|key| match &self.metadata["sources"][s][key] {
-                Value::Null => 0.0,
-                value => value.as_f64().unwrap_or(f64::NAN),
-            });
+            let source = self.provenance.sources.get(s);
+            let gain = source.and_then(|source| source.gain_db).unwrap_or(0.0);
+            let delay = source.and_then(|source| source.delay_s).unwrap_or(0.0);
             let change = SourceChange { gain_db: gain, delay };
             let problem = || {
                 format!(
@@ -68,22 +64,17 @@ impl Response {
                 *lost += mix.fine(r, b, &mut energy[at..at + self.bins()]) / receivers as f64;
             }
         }
-        let together: Vec<Value> = self
-            .source_names
-            .iter()
-            .zip(changes)
-            .map(|(name, change)| serde_json::json!({ "source": name, "gain_db": change.gain_db, "delay_s": change.delay }))
-            .collect();
-        let mut metadata = self.metadata.clone();
-        if !metadata.is_object() {
-            metadata = serde_json::json!({});
-        }
-        metadata["together"] = together.into();
+        let together = self.source_names.iter().zip(changes).map(|(name, change)| SystemSource {
+            source: name.clone(),
+            gain_db: change.gain_db,
+            delay_s: change.delay,
+        });
         // They are in it, and are not applied again.
-        let sources = metadata.get_mut("sources").and_then(Value::as_array_mut);
-        for source in sources.into_iter().flatten().filter_map(Value::as_object_mut) {
-            source.retain(|key, _| !STATED.contains(&key.as_str()));
-        }
+        let sources = self.provenance.sources.iter().map(|source| SourceRendering {
+            gain_db: None,
+            delay_s: None,
+            ..source.clone()
+        });
         let named = if receivers > 0 { first(0) } else { 0 };
         Self {
             source_names: vec![self.source_names.join(" + ")],
@@ -94,7 +85,11 @@ impl Response {
             batches: self.batches.as_ref().map(|batches| mix.batches(batches)),
             missing: self.missing.as_ref().map(|missing| mix.missing(missing, &lost)),
             arrivals: mix.arrivals(),
-            metadata,
+            provenance: Provenance {
+                together: together.collect(),
+                sources: sources.collect(),
+                ..self.provenance.clone()
+            },
             ..self.silent()
         }
     }
@@ -340,7 +335,7 @@ mod tests {
                 kind: vec![0],
             },
             directions: None,
-            metadata: serde_json::Value::Null,
+            provenance: Provenance::default(),
         }
     }
 
@@ -355,7 +350,8 @@ mod tests {
         assert!((sum.source_power_level_db[0] - 93.0103).abs() < 1e-4);
         assert!((sum.energy[0] - 4.0).abs() < 1e-12 && (sum.energy[5] - 1.5).abs() < 1e-12);
         assert!((sum.direct_times_s[0] - 0.01).abs() < 1e-12);
-        assert_eq!(sum.metadata.as_object().expect("keys").keys().collect::<Vec<_>>(), ["together"]);
+        let stated = Provenance { together: Vec::new(), ..sum.provenance.clone() };
+        assert!(stated == Provenance::default() && sum.provenance.together.len() == 2);
         assert!((sum.arrivals.energy[0] - 2.5).abs() < 1e-12);
         let batches = sum.batches.expect("batches");
         assert!((batches.energy[0] - 4.0).abs() < 1e-6 && (batches.energy[15] - 1.5).abs() < 1e-6);
@@ -364,30 +360,31 @@ mod tests {
     /// The same as the next test, but stated by the scene. What was applied is not stated any more.
     #[test]
     fn gains_and_delays_of_the_scene_are_read_once() {
-        let stated = serde_json::json!([{ "mirror_order": 3 }, { "gain_db": -10.0, "delay_s": 0.055, "mirror_order": 3 }]);
-        let metadata = serde_json::json!({ "sources": stated });
-        let response = Response { metadata, ..response() };
+        let source = SourceRendering { mirror_order: 3, ..SourceRendering::default() };
+        let late = SourceRendering { gain_db: Some(-10.0), delay_s: Some(0.055), ..source.clone() };
+        let provenance = Provenance { sources: vec![source.clone(), late], ..Provenance::default() };
+        let response = Response { provenance, ..response() };
         let changes = response.stated_changes().expect("valid");
         assert_eq!(changes, [SourceChange::default(), SourceChange { gain_db: -10.0, delay: 0.055 }]);
         let sum = response.together(&changes);
         assert_eq!(sum.stated_changes().expect("valid"), [SourceChange::default()]);
-        assert_eq!(sum.metadata["sources"][1], serde_json::json!({ "mirror_order": 3 }));
-        assert_eq!(sum.metadata["together"][1]["gain_db"], -10.0);
+        assert_eq!(sum.provenance.sources[1], source);
+        let second = SystemSource { source: "right".to_owned(), gain_db: -10.0, delay_s: 0.055 };
+        assert_eq!(sum.provenance.together[1], second);
     }
 
     #[test]
-    fn impossible_gains_and_delays_in_metadata_are_refused() {
+    fn impossible_gains_and_delays_in_the_provenance_are_refused() {
+        let none = SourceRendering::default;
         for wrong in [
-            serde_json::json!({ "gain_db": 1e9 }),
-            serde_json::json!({ "gain_db": "loud" }),
-            serde_json::json!({ "delay_s": -1.0 }),
+            SourceRendering { gain_db: Some(1e9), ..none() },
+            SourceRendering { delay_s: Some(-1.0), ..none() },
         ] {
-            let metadata = serde_json::json!({ "sources": [{}, wrong] });
-            let error = Response { metadata, ..response() }.stated_changes().expect_err("impossible");
+            let provenance = Provenance { sources: vec![none(), wrong], ..Provenance::default() };
+            let error = Response { provenance, ..response() }.stated_changes().expect_err("impossible");
             assert!(error.to_string().contains("of \"right\""), "{error}");
         }
-        let without = Response { metadata: serde_json::json!({ "sources": 7 }), ..response() };
-        assert_eq!(without.stated_changes().expect("nothing stated"), [SourceChange::default(); 2]);
+        assert_eq!(response().stated_changes().expect("nothing stated"), [SourceChange::default(); 2]);
     }
 
     /// 10 dB less of the second leave 1/11 of the power; 55 ms put its arrival into the second bin, and 0.55 of a bin behind the end.

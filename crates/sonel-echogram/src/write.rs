@@ -2,10 +2,12 @@
 
 use std::io::{Seek, Write};
 
+use serde_json::Value;
+
 use crate::archive::ArchiveWriter;
 use crate::arrays::{Array, Values};
 use crate::check::check;
-use crate::{Response, ResponseError};
+use crate::{Provenance, Response, ResponseError};
 
 impl Response {
     /// Writes the response as a numpy archive and returns what it was written to.
@@ -23,7 +25,15 @@ impl Response {
                 Values::F64(numbers) => archive.numbers(key, &shape, &numbers),
             }?;
         }
-        archive.texts("metadata_json", &[], &[&self.metadata.to_string()])?;
+        archive.texts("metadata_json", &[], &[&self.provenance.to_json().to_string()])?;
         archive.finish_with_digest()
+    }
+}
+
+impl Provenance {
+    /// What files and programs state of it.
+    #[must_use]
+    pub fn to_json(&self) -> Value {
+        serde_json::to_value(self).expect("keys are texts")
     }
 }

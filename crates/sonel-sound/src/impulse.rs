@@ -331,7 +331,7 @@ mod tests {
                 kind: vec![0],
             },
             directions: None,
-            metadata: serde_json::Value::Null,
+            provenance: Default::default(),
         }
     }
 

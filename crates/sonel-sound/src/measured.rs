@@ -7,7 +7,7 @@
 //!
 //! References: [ISO3382-1], [Lundeby1995] (docs/references.md).
 
-use serde_json::json;
+use sonel_echogram::provenance::{Measured, Provenance};
 use sonel_echogram::{Arrivals, Response};
 
 use crate::octave_filter::FilterBank;
@@ -40,7 +40,7 @@ const SPEED_OF_SOUND: f64 = 343.2;
 const IMPEDANCE: f64 = 400.0;
 
 /// The first channel of an impulse response as a response of one source at one receiver, called `receiver`, in the octaves that it holds. Its
-/// metadata have under `measured` the level of the decay curve at which each octave meets its noise.
+/// provenance states the level of the decay curve at which each octave meets its noise.
 ///
 /// # Errors
 /// When it is silent, too short for any octave, longer than ten minutes, or its sample rate holds no octave.
@@ -94,7 +94,11 @@ pub fn response(recording: &Recording, receiver: &str) -> Result<Response, Sound
         missing: None,
         arrivals: Arrivals::default(),
         directions: None,
-        metadata: json!({ "scene": "measurement", "measured": { "reached_db": reached_db } }),
+        provenance: Provenance {
+            scene: Some("measurement".to_owned()),
+            measured: Some(Measured { reached_db }),
+            ..Provenance::default()
+        },
     })
 }
 
@@ -224,9 +228,9 @@ mod tests {
     fn the_decay_goes_on_where_the_noise_was() {
         let response = response(&recording(1.0, -50.0), "seat").unwrap();
         assert_eq!(response.center_frequency_hz.len(), 7, "8 kHz is above the rate");
-        let reached = &response.metadata["measured"]["reached_db"];
+        let reached = &response.provenance.measured.as_ref().unwrap().reached_db;
         let band = 4;
-        let crossing = reached[band].as_f64().unwrap();
+        let crossing = reached[band];
         assert!((-62.0..-42.0).contains(&crossing), "{crossing}");
         let bins = response.echogram(0, 0, band);
         let after = |bin: usize| bins[bin..].iter().sum::<f64>();
@@ -238,7 +242,7 @@ mod tests {
     #[test]
     fn a_loud_noise_is_told_by_a_high_crossing() {
         let response = response(&recording(1.0, -25.0), "seat").unwrap();
-        let reached = response.metadata["measured"]["reached_db"][4].as_f64().unwrap();
+        let reached = response.provenance.measured.as_ref().unwrap().reached_db[4];
         assert!((-36.0..-15.0).contains(&reached), "{reached}");
     }
 

@@ -27,7 +27,7 @@ fn main() -> Result<(), Error> {
         let walls = Change::Coefficient("walls".to_owned(), MaterialKey::Absorption, absorption.into());
         let options = RenderOptions { set: vec![walls], ..RenderOptions::default() };
         let rendered = map.render(&[], &options, &Silent)?;
-        let (time, half_width) = rendered.response.parameters().array(Parameter::T20)[4];
+        let (time, half_width) = rendered.response.parameters().at(Parameter::T20, 1000.0)?[0];
         println!("absorption {absorption}: T20 at 1 kHz = {time:.3} ± {half_width:.3} s");
         for warning in &rendered.warnings {
             println!("  {warning}");

@@ -1,8 +1,8 @@
 //! Checkups of scenes: their report, and what a short trace adds.
 
+use crate::study::room_decay::RoomDecay;
 use serde_json::{Value, json};
 use sonel_scene::checkup::{Checkup, Covering, Room, Times};
-use sonel_study::room_decay::RoomDecay;
 
 /// The checkup as JSON (docs/interface.md).
 #[must_use]

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use serde_json::Value as Json;
 use sonel_acoustics::Material;
+use sonel_echogram::provenance::{ByName, Coefficients as Stated};
 use sonel_scene::Value;
 
 /// One number for all bands, or one for each, the lowest band first. Units and ranges are those of its [`MaterialKey`].
@@ -94,18 +94,22 @@ impl MaterialKey {
     }
 }
 
-/// The `materials` of a map as a response was rendered with them, whose metadata state those that were `changed`. Coefficients that differ by no more
-/// than `rounding` stay.
+/// The `materials` of a map as a response was rendered with them, whose provenance states those that were `changed`. Coefficients that differ by
+/// no more than `rounding` stay.
 #[must_use]
-pub fn rendered_with(materials: &[Material], changed: &Json, rounding: f64) -> Vec<Material> {
+pub fn rendered_with(materials: &[Material], changed: &ByName<Stated>, rounding: f64) -> Vec<Material> {
     let mut each = materials.to_vec();
     for Material { name, absorption, scattering, transmission, .. } in &mut each {
-        let lists = [("absorption", absorption), ("scattering", scattering), ("transmission", transmission)];
-        for (key, values) in lists {
-            let stated = changed[&*name][key].as_array().into_iter().flatten().filter_map(Json::as_f64);
+        let Some(stated) = changed.get(name) else { continue };
+        let lists = [
+            (absorption, &stated.absorption),
+            (scattering, &stated.scattering),
+            (transmission, &stated.transmission),
+        ];
+        for (values, stated) in lists {
             let both = values.iter_mut().zip(stated);
-            for (value, stated) in both.filter(|(value, stated)| (**value - stated).abs() > rounding) {
-                *value = stated;
+            for (value, stated) in both.filter(|(value, stated)| (**value - **stated).abs() > rounding) {
+                *value = *stated;
             }
         }
     }

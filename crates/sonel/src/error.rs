@@ -9,7 +9,6 @@ use sonel_renderer::RenderError;
 use sonel_scene::SceneErrors;
 #[cfg(feature = "sound")]
 use sonel_sound::SoundError;
-use sonel_study::pipeline::PipelineError;
 use sonel_tracer::TraceError;
 use thiserror::Error;
 
@@ -92,16 +91,6 @@ impl From<TraceError<MapError>> for Error {
         match error {
             TraceError::Sink(error) => Self::Write(error),
             other => Self::Trace(other),
-        }
-    }
-}
-
-impl From<PipelineError> for Error {
-    fn from(error: PipelineError) -> Self {
-        match error {
-            PipelineError::Trace(error) => error.into(),
-            PipelineError::Map(error) => error.into(),
-            PipelineError::Render(error) => error.into(),
         }
     }
 }

@@ -19,7 +19,7 @@ const UNANNOUNCED_CPU_SECONDS: f64 = 300.0;
 
 /// Demand of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Demand {
+pub(crate) struct Demand {
     /// CPU time [s].
     pub cpu_seconds: f64,
     /// Size of its map [bytes].
@@ -31,7 +31,7 @@ pub struct Demand {
 impl Demand {
     /// Demand that exceeds its limit, with the limit; none where the run is feasible.
     #[must_use]
-    pub fn excess(self) -> Option<String> {
+    pub(crate) fn excess(self) -> Option<String> {
         let limits = [
             ("map", self.map_bytes, MOST_MAP_BYTES, bytes as fn(f64) -> String),
             ("memory", self.memory_bytes, MOST_MEMORY_BYTES, bytes),

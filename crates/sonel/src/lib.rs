@@ -23,7 +23,7 @@
 //!     .build(&Silent)?;
 //! let map = room.trace(&TraceOptions::default(), &Silent)?.map;
 //! let rendered = map.render(&[], &RenderOptions::default(), &Silent)?;
-//! let (t30, half_width) = rendered.response.parameters().array(Parameter::T30)[4];
+//! let (t30, half_width) = rendered.response.parameters().at(Parameter::T30, 1000.0)?[0];
 //! println!("T30 at 1 kHz: {t30:.3} ± {half_width:.3} s");
 //! # Ok(())
 //! # }
@@ -38,40 +38,74 @@
 //! - **Long work** reports to an [`Observer`], which may stop it. [`Silent`] follows nothing. The crate prints nothing and reads no clock.
 //! - **Errors** are one type, [`Error`], and state all problems at once.
 //!
-//! The other crates of the workspace are the inside of this one; their types appear here where users meet them.
+//! # Modules
+//!
+//! The names that most programs need are here at the root. What their methods return, and what else the programs of this project use, is in
+//! modules: [`scenes`], [`map`] and [`rendering`] for the stages, [`echograms`] and [`analysis`] for results, [`study`] for effects, plans and
+//! criteria, [`acoustics`] and [`geometry`] below them. The other crates of the workspace are the inside of this one: name none of them.
 
-#[doc(hidden)]
+/// Materials, directivities, statistical formulas and just-noticeable differences.
+pub mod acoustics {
+    pub use sonel_acoustics::{
+        AbsorptionLaw, BandWidth, Bands, Coefficient, Directivity, Material as CompiledMaterial, Pattern,
+        energy_from_level_db, eyring_time, just_noticeable, mean_free_path, sabine_time,
+    };
+}
+/// Walls as a trace sees them.
+pub mod geometry {
+    pub use sonel_geometry::{AirSector, Departure, Edge, Geometry, Mesh, Side};
+}
+/// Scenes as files state them: drafts, checkups, the library of materials, and the compiled scene that a map carries.
+pub mod scenes {
+    pub use sonel_scene::{
+        Draft, DraftOptions, Purpose, Region, Scene as CompiledScene, SceneErrors, checkup, draft,
+        draft_shoebox, folded, library, load_materials, load_receivers, materials_toml, shell_word,
+    };
+}
+/// Settings of a rendering, and pictures of energy on surfaces.
+pub mod rendering {
+    pub use crate::coefficients::rendered_with;
+    pub use sonel_renderer::{
+        Estimator, REVISION, ReceiverPoint, RenderSettings, Renderer, Sensitivity, free_path, picture,
+    };
+}
+/// Echograms as files hold them, with arrivals, batches and provenance.
+pub mod echograms {
+    pub use sonel_echogram::provenance::{self, Provenance};
+    pub use sonel_echogram::{
+        ArrivalKind, Arrivals, Batches, Directions, LATERAL_KEYS, Lateral, Missing, ReceiverDirectivity,
+        Response as Echograms, ResponseError, SourceChange, join,
+    };
+}
+/// Parameters with their intervals, and everything else that is read off responses and maps: comparisons, averages, reports, tables.
+pub use sonel_analysis as analysis;
+/// Plots, plans and pictures, as SVG, PNG and OpenEXR.
+#[cfg(feature = "drawing")]
+pub use sonel_drawing as drawing;
+
 pub mod checkup;
 mod coefficients;
 mod error;
-#[doc(hidden)]
-pub mod feasible;
-#[doc(hidden)]
+mod feasible;
 pub mod file;
-#[doc(hidden)]
 pub mod ledger;
-mod map;
-#[doc(hidden)]
+pub mod map;
 pub mod names;
 mod observer;
-#[doc(hidden)]
 pub mod plan;
 mod prepared;
-#[doc(hidden)]
 pub mod quantity;
 mod render;
 mod response;
 mod scene;
 #[cfg(feature = "sound")]
-mod sound;
+pub mod sound;
 mod store;
+pub mod study;
 mod trace;
 mod variants;
-#[doc(hidden)]
 pub mod version;
 
-#[doc(hidden)]
-pub use coefficients::rendered_with;
 pub use coefficients::{Coefficients, MaterialKey};
 pub use error::{Error, Result, with_options_spelled};
 pub use map::Map;
@@ -88,15 +122,15 @@ pub use store::TemporaryMaps;
 pub use trace::{PreparedTrace, TraceOptions, Traced, VERSION as TRACER_VERSION};
 pub use variants::{Alternatives, Variants};
 
+pub use crate::study::effects::{Effect, EffectSpec as Effects};
+pub use crate::study::pipeline::{Clock, InMemory, MapStore};
+pub use crate::study::plan::Plan;
+pub use crate::study::target::Targets;
 pub use sonel_acoustics::{AbsorptionLaw, BandWidth, Bands, Pattern};
 pub use sonel_analysis::{Parameter, ParameterValue};
 pub use sonel_map::{Mode, ShardRange, Spectral};
 pub use sonel_renderer::{Estimator, ReceiverPoint, Sensitivity};
 pub use sonel_scene::checkup::Checkup;
-pub use sonel_scene::{Document, PolygonMesh, Value};
+pub use sonel_scene::{Document, PolygonMesh, Value as SceneValue};
 #[cfg(feature = "sound")]
-pub use sonel_sound::{Head, Microphone, Path, Waypoint};
-pub use sonel_study::effects::{Effect, EffectSpec as Effects};
-pub use sonel_study::pipeline::{Clock, InMemory, MapStore};
-pub use sonel_study::plan::Plan;
-pub use sonel_study::target::Targets;
+pub use sonel_sound::{Head, Microphone, Path as Route, Waypoint};

@@ -6,11 +6,16 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use sonel_geometry::Geometry;
-use sonel_map::SonelMap;
 
 use crate::Result;
 use crate::error::At;
 use crate::prepared::Prepared;
+
+pub use sonel_map::provenance::Difference;
+pub use sonel_map::{
+    EffectState, Fate, Fates, Ledger, MapError, MapHeader, Merger, Mode, Settings, ShardRange, SonelMap,
+    Spectral, hexadecimal,
+};
 
 /// A sonel map: the paths of packets through a room, from which echograms at any receivers are rendered. It carries its scene.
 ///

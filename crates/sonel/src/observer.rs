@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
-use sonel_study::pipeline::{Clock, NoClock};
+use crate::study::pipeline::{Clock, NoClock};
 
 use crate::{Error, Result};
 

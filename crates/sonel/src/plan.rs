@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
+use crate::study::forecast::{Effort, Price};
+use crate::study::pilot::Pilot;
+use crate::study::plan::{Names, Plan, Row, Width};
+use crate::study::spread::{HalfWidth, PLANNED, Place, Reading};
+use crate::study::target::Targets;
+use crate::study::until::{Verdict, Worst};
 use serde_json::{Value, json};
 use sonel_analysis::Parameter;
-use sonel_study::forecast::{Effort, Price};
-use sonel_study::pilot::Pilot;
-use sonel_study::plan::{Names, Plan, Row, Width};
-use sonel_study::spread::{HalfWidth, PLANNED, Place, Reading};
-use sonel_study::target::Targets;
-use sonel_study::until::{Verdict, Worst};
 
 use crate::feasible::Demand;
 use crate::quantity::{bytes, count, seconds};

@@ -4,9 +4,8 @@ use std::io::{Read, Seek};
 use std::path::Path;
 
 use glam::DVec3;
-use serde_json::Value;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
-use sonel_echogram::{Response as Echograms, SourceChange};
+use sonel_echogram::{Provenance, Response as Echograms, SourceChange};
 
 use crate::error::At;
 use crate::{Error, Result};
@@ -62,15 +61,14 @@ impl Response {
         Ok(Self::of_file(Echograms::read(file).at(|| label)?))
     }
 
-    /// A response of a file, whose metadata state volume, seed and which direction is up.
+    /// A response of a file, whose provenance states volume, seed and which direction is up.
     fn of_file(echograms: Echograms) -> Self {
-        let metadata = &echograms.metadata;
-        let (volume, seed) = (metadata["volume_m3"].as_f64(), metadata["seed"].as_u64().unwrap_or(1));
-        let up = metadata["up"].as_array().and_then(|axes| {
-            let axes: Vec<f64> = axes.iter().filter_map(Value::as_f64).collect();
-            DVec3::from_array(axes.try_into().ok()?).try_normalize()
-        });
-        let surroundings = Surroundings { volume, up, seed };
+        let Provenance { volume_m3, seed, up, .. } = &echograms.provenance;
+        let surroundings = Surroundings {
+            volume: *volume_m3,
+            up: up.and_then(|axes| DVec3::from_array(axes).try_normalize()),
+            seed: seed.unwrap_or(1),
+        };
         Self::of(echograms, surroundings)
     }
 
@@ -175,6 +173,19 @@ impl Parameters {
         band: usize,
     ) -> &ParameterValue {
         self.rows[source * self.receivers + receiver].bands[band].parameter(parameter)
+    }
+
+    /// Value of one parameter and half-width of its 95 % interval in the band of this centre [Hz], for every pair [S, R], in the unit of
+    /// [`Parameter::key`]; NaN where there is none.
+    ///
+    /// # Errors
+    /// When the response has no such band.
+    pub fn at(&self, parameter: Parameter, center_frequency_hz: f64) -> Result<Vec<(f64, f64)>> {
+        let bands = self.rows.first().map_or(&[][..], |row| &row.bands);
+        let centers: Vec<f64> = bands.iter().map(|band| band.center_frequency_hz).collect();
+        let band = crate::names::band(&centers, center_frequency_hz, "the response has no band")
+            .map_err(Error::refused)?;
+        Ok(self.array(parameter).into_iter().skip(band).step_by(bands.len()).collect())
     }
 
     /// Values and half-widths of their 95 % intervals, [S, R, B], the band fastest, in the unit of [`Parameter::key`]; NaN where there is none.

@@ -4,12 +4,16 @@ use std::ops::RangeInclusive;
 
 use glam::DVec3;
 use rayon::prelude::*;
-use sonel_sound::{
-    Head, Listener, Microphone, Path, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ, SoundSettings, Synthesizer,
-};
+use sonel_sound::{Listener, Path, SoundSettings, Synthesizer};
 
 use crate::observer::watched;
 use crate::{Error, Observer, ReceiverPoint, Response, Result};
+
+pub use sonel_sound::ambisonics::MOST_ORDER as MOST_AMBISONICS_ORDER;
+pub use sonel_sound::{
+    Head, Iacc, Microphone, Recording, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ, SoundError, Waypoint, convolve, iacc,
+    resample,
+};
 
 /// Channels of an impulse response.
 #[derive(Debug, Clone, Copy)]
@@ -129,7 +133,6 @@ impl Response {
     ///
     /// # Errors
     /// The errors of [`Self::impulse_responses`] and of `take`.
-    #[doc(hidden)]
     pub fn each_pair<T: Send, E: From<Error> + Send>(
         &self,
         channels: &[Channels<'_>],

@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 
+use crate::study::pipeline::MapStore;
 use sonel_map::{MapError, SonelMap};
-use sonel_study::pipeline::MapStore;
 
 /// Keeps each map in a file without name, so that it may be larger than memory; the file is gone with the map.
 #[derive(Debug, Clone, Default)]

@@ -82,7 +82,7 @@ fn renderings_are_refined_up_to_the_whole_map() {
     assert_eq!(map().refinement_steps(), [4, 8, 16, 32]);
     let energy = |response: &Response| response.echograms().energy.clone();
     assert_eq!(energy(&refined[3]), energy(&with(None)));
-    assert_eq!(refined[3].echograms().metadata, with(None).echograms().metadata);
+    assert_eq!(refined[3].echograms().provenance, with(None).echograms().provenance);
     for (step, batches) in [(0, 4), (1, 8), (2, 16)] {
         let stored = refined[step].echograms().batches.as_ref().expect("batches");
         assert_eq!(
@@ -92,7 +92,8 @@ fn renderings_are_refined_up_to_the_whole_map() {
         assert!((stored.weight.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         assert_ne!(energy(&refined[step]), energy(&refined[step + 1]));
     }
-    let half_width = |response: &Response| response.parameters().array(Parameter::Level)[4].1;
+    let half_width =
+        |response: &Response| response.parameters().at(Parameter::Level, 1000.0).expect("1 kHz")[0].1;
     assert!(half_width(&refined[0]) > half_width(&refined[3]));
 }
 
@@ -182,7 +183,8 @@ fn files_hold_what_was_saved_and_changes_leave_the_map_alone() {
     let read = Response::open(&path).expect("a response");
     assert!(read.echograms() == before.echograms() && read.surroundings() == before.surroundings());
     let levels = read.parameters();
-    let (level, half_width) = levels.array(Parameter::Level)[4];
+    let (level, half_width) = levels.at(Parameter::Level, 1000.0).expect("1 kHz")[0];
+    assert!(levels.at(Parameter::Level, 1100.0).is_err());
     let estimate = levels.value(Parameter::Level, 0, 0, 4).as_ref().expect("a level");
     assert!((estimate.value - level).abs() < 1e-12 && half_width > 0.0);
 }

@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use serde_json::Value;
+use sonel::map::Mode;
+use sonel::rendering::{Estimator, ReceiverPoint};
+use sonel::study::effects::EffectSpec;
 use sonel_console::choices::{estimator, mode};
 use sonel_console::count::{numbers, parse_count, parse_rays};
 use sonel_console::heard::HeardArguments;
 use sonel_console::parse_threads;
 use sonel_console::receiver::parse_receiver;
-use sonel_map::Mode;
 use sonel_render::SoundArguments;
-use sonel_renderer::{Estimator, ReceiverPoint};
-use sonel_study::effects::EffectSpec;
 use sonel_view::HeadArguments;
 
 mod coefficients;

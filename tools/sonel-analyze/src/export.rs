@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::bail;
-use sonel_analysis::export;
-use sonel_analysis::sonels::Sonels;
+use sonel::analysis::export;
+use sonel::analysis::sonels::Sonels;
 use sonel_console::Outcome;
 use sonel_console::artifact::Artifact;
 use sonel_console::output::{Kind, Output, has_ending};

@@ -6,16 +6,16 @@ mod report;
 use std::io::Write;
 
 use anyhow::{Context, bail};
+use sonel::acoustics::{Coefficient, CompiledMaterial};
+use sonel::rendering::RenderSettings;
+use sonel::scenes::materials_toml;
 use sonel::{Observer, TemporaryMaps};
-use sonel_acoustics::{Coefficient, Material};
 use sonel_console::follower::Follower;
 use sonel_console::output::{Kind, Output, folder_of};
 use sonel_console::quantity::counted;
 use sonel_console::{Log, Outcome};
 use sonel_design::fit::{FitSettings, Stage};
 use sonel_design::sensitivity::VariedMap;
-use sonel_renderer::RenderSettings;
-use sonel_scene::materials_toml;
 
 use crate::arguments::FitArguments;
 use crate::open;
@@ -75,8 +75,8 @@ pub(crate) fn run(
 /// Writes `materials`; those that differ from `before` get `source` before their own.
 pub(crate) fn write_materials(
     output: Output,
-    materials: &[Material],
-    before: &[Material],
+    materials: &[CompiledMaterial],
+    before: &[CompiledMaterial],
     (head, source): (&str, &str),
 ) -> anyhow::Result<()> {
     let mut materials = materials.to_vec();
@@ -103,7 +103,7 @@ pub(crate) fn tell(stage: Stage, follower: &Follower<'_>) {
 }
 
 /// The searches know no upper bound of such walls, and alternatives to them are uniform.
-pub(crate) fn refuse_angular(materials: &[Material]) -> anyhow::Result<()> {
+pub(crate) fn refuse_angular(materials: &[CompiledMaterial]) -> anyhow::Result<()> {
     if let Some(wall) = materials.iter().find(|material| material.law.is_angular()) {
         bail!(
             "\"{}\" has the absorption law {}; fit and optimise need uniform absorption: trace the scene without absorption_law",

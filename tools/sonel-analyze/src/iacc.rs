@@ -5,9 +5,9 @@ use std::path::Path;
 
 use anyhow::Context;
 use serde_json::{Value, json};
+use sonel::sound::Iacc;
 use sonel_console::Outcome;
 use sonel_console::table::aligned;
-use sonel_sound::Iacc;
 
 use crate::arguments::IaccArguments;
 use crate::open;
@@ -24,7 +24,8 @@ const MEAN: &str = "500 … 2000";
 pub(crate) fn run(arguments: &IaccArguments, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let mut read = Vec::new();
     for path in &arguments.recordings {
-        let found = sonel_sound::iacc(&open::recording(path)?).with_context(|| path.display().to_string())?;
+        let found =
+            sonel::sound::iacc(&open::recording(path)?).with_context(|| path.display().to_string())?;
         read.push((path.as_path(), found));
     }
     if arguments.printed.is_json() {

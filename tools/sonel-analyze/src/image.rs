@@ -5,18 +5,18 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
+use sonel::acoustics::energy_from_level_db;
+use sonel::drawing::picture::{self, DecibelScale, Drawing, Picture, WindowPicture};
+use sonel::geometry::Geometry;
+use sonel::map::{SonelMap, hexadecimal};
 use sonel::names::place;
-use sonel_acoustics::energy_from_level_db;
+use sonel::rendering::picture::{Camera, Windows};
+use sonel::rendering::{Estimator, RenderSettings, Renderer};
+use sonel::scenes::CompiledScene;
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::progress::Progress;
 use sonel_console::quantity;
-use sonel_drawing::picture::{self, DecibelScale, Drawing, Picture, WindowPicture};
-use sonel_geometry::Geometry;
-use sonel_map::{SonelMap, hexadecimal};
-use sonel_renderer::picture::{Camera, Windows};
-use sonel_renderer::{Estimator, RenderSettings, Renderer};
-use sonel_scene::Scene;
 
 use crate::arguments::{Image, NamedWindow};
 use crate::open;
@@ -97,8 +97,8 @@ impl PictureRequest {
 
     fn log_what_is_seen(
         &self,
-        seen: &sonel_renderer::picture::Picture,
-        scene: &Scene,
+        seen: &sonel::rendering::picture::Picture,
+        scene: &CompiledScene,
         log: &mut dyn Write,
     ) -> std::io::Result<()> {
         if scene.sources.len() > 1 {
@@ -135,7 +135,12 @@ impl PictureRequest {
         Ok(())
     }
 
-    fn picture(&self, seen: sonel_renderer::picture::Picture, map: &SonelMap, arguments: &Image) -> Picture {
+    fn picture(
+        &self,
+        seen: sonel::rendering::picture::Picture,
+        map: &SonelMap,
+        arguments: &Image,
+    ) -> Picture {
         let windows = self.named.iter().zip(seen.windows).map(|(named, window)| WindowPicture {
             name: named.name.clone(),
             energy: window.energy,
@@ -197,13 +202,13 @@ impl PictureRequest {
 }
 
 /// Index of the source asked for.
-fn source(arguments: &Image, scene: &Scene) -> Result<usize, String> {
+fn source(arguments: &Image, scene: &CompiledScene) -> Result<usize, String> {
     let Some(wanted) = &arguments.source else { return Ok(0) };
     place(scene.sources.iter().map(|source| source.name.as_str()), wanted, "the map has no source")
 }
 
 /// What each band weighs in the drawing, and what that is called.
-fn weights(band: &str, scene: &Scene, source: usize) -> Result<(Vec<f64>, String), String> {
+fn weights(band: &str, scene: &CompiledScene, source: usize) -> Result<(Vec<f64>, String), String> {
     let frequencies = scene.bands.nominal();
     if band == "sum" {
         let power = |level_db: &f64| energy_from_level_db(*level_db);

@@ -31,7 +31,7 @@ pub use arguments::{
 };
 
 /// Version of this program: the revision is that of what it renders.
-static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_renderer::REVISION));
+static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel::rendering::REVISION));
 
 /// Runs the program: data to `out`, everything else to `log`.
 ///

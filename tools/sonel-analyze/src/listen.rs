@@ -4,9 +4,9 @@ use std::io::Write;
 
 use anyhow::{Context, bail};
 use rayon::prelude::*;
+use sonel::sound::{Recording, convolve, resample};
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
-use sonel_sound::{Recording, convolve, resample};
 
 use crate::arguments::Listen;
 use crate::open;

@@ -4,14 +4,14 @@ use std::fmt::Display;
 use std::io::Write;
 use std::path::PathBuf;
 
+use sonel::echograms::join;
+use sonel::map::{Merger, ShardRange};
 use sonel_console::Outcome;
 use sonel_console::artifact::Artifact;
 use sonel_console::input;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::Progress;
 use sonel_console::quantity::counted;
-use sonel_echogram::join;
-use sonel_map::{Merger, ShardRange};
 
 use crate::arguments::Merge;
 use crate::open;

@@ -5,13 +5,13 @@ use std::io::BufReader;
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use sonel_analysis::survey::{Survey, survey};
+use sonel::analysis::survey::{Survey, survey};
+use sonel::echograms::Echograms;
+use sonel::geometry::Geometry;
+use sonel::map::{Mode, SonelMap};
+use sonel::sound::Recording;
 use sonel_console::artifact::{self, Artifact};
 use sonel_console::{input, spelled};
-use sonel_echogram::Response;
-use sonel_geometry::Geometry;
-use sonel_map::{Mode, SonelMap};
-use sonel_sound::Recording;
 
 /// A map whose paths were checked and walked.
 pub(crate) struct WalkedMap {
@@ -41,7 +41,7 @@ pub(crate) fn kind(path: &Path) -> anyhow::Result<Artifact> {
 ///
 /// # Errors
 /// When the file cannot be read or is no valid response.
-pub(crate) fn response(path: &Path) -> anyhow::Result<Response> {
+pub(crate) fn response(path: &Path) -> anyhow::Result<Echograms> {
     Ok(response_with_room(path)?.into_echograms())
 }
 

@@ -5,17 +5,17 @@ use std::path::Path;
 
 use anyhow::bail;
 use serde_json::{Value, json};
+use sonel::analysis::ParameterValue;
+use sonel::analysis::comparison::{Pairing, difference};
+use sonel::analysis::modulation::Talk;
+use sonel::analysis::open_plan::{Line, SPEECH_POWER_LEVEL_DB, line};
+use sonel::analysis::report;
+use sonel::drawing::plot::{Axis, Mark, Panel, Point, Series, Sheet};
+use sonel::echograms::{Echograms, Provenance};
 use sonel::names::place;
-use sonel_analysis::ParameterValue;
-use sonel_analysis::comparison::{Pairing, difference};
-use sonel_analysis::modulation::Talk;
-use sonel_analysis::open_plan::{Line, SPEECH_POWER_LEVEL_DB, line};
-use sonel_analysis::report;
 use sonel_console::Outcome;
 use sonel_console::artifact::stem;
 use sonel_console::table::aligned;
-use sonel_drawing::plot::{Axis, Mark, Panel, Point, Series, Sheet};
-use sonel_echogram::Response;
 
 use crate::arguments::OpenPlan;
 use crate::open;
@@ -102,10 +102,9 @@ impl Office {
                 line.places.len()
             )?;
         }
-        let metadata = &response.metadata;
-        let name = metadata["variant"].as_str().or_else(|| metadata["scene"].as_str());
+        let Provenance { scene, variant, .. } = &response.provenance;
         Ok(Self {
-            name: name.map_or_else(|| stem(path), str::to_owned),
+            name: variant.as_ref().or(scene.as_ref()).cloned().unwrap_or_else(|| stem(path)),
             source: response.source_names[source].clone(),
             line,
         })
@@ -198,7 +197,7 @@ fn point(x: f64, value: &ParameterValue) -> Point {
     }
 }
 
-fn check_twice(receivers: &[usize], response: &Response) -> anyhow::Result<()> {
+fn check_twice(receivers: &[usize], response: &Echograms) -> anyhow::Result<()> {
     let twice = |(at, receiver): (usize, &usize)| receivers[..at].contains(receiver).then_some(*receiver);
     match receivers.iter().enumerate().find_map(twice) {
         Some(receiver) => bail!("receiver \"{}\" is named twice", response.receiver_names[receiver]),

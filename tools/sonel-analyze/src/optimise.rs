@@ -4,8 +4,11 @@ use std::io::Write;
 
 use anyhow::{Context, bail};
 use sonel::TemporaryMaps;
+use sonel::analysis::ParameterValue;
 use sonel::names::{band, place};
-use sonel_analysis::ParameterValue;
+use sonel::rendering::RenderSettings;
+use sonel::scenes::{CompiledScene, load_materials};
+use sonel::study::response::receivers_of;
 use sonel_console::follower::Follower;
 use sonel_console::output::{Kind, Output, folder_of};
 use sonel_console::table::aligned;
@@ -13,9 +16,6 @@ use sonel_console::{Log, Outcome};
 use sonel_design::goal::Goal;
 use sonel_design::optimise::{Candidate, Choice, OptimiseError, Proposal};
 use sonel_design::sensitivity::VariedMap;
-use sonel_renderer::RenderSettings;
-use sonel_scene::{Scene, load_materials};
-use sonel_study::response::receivers_of;
 
 use crate::arguments::{Change, OptimiseArguments, To};
 use crate::fit::{refuse_angular, tell, write_materials};
@@ -70,7 +70,7 @@ pub(crate) fn run(
 }
 
 /// The changes in terms of the scene; every problem is said at once.
-fn candidates(arguments: &OptimiseArguments, scene: &Scene) -> anyhow::Result<Vec<Candidate>> {
+fn candidates(arguments: &OptimiseArguments, scene: &CompiledScene) -> anyhow::Result<Vec<Candidate>> {
     let mut problems = Vec::new();
     let mut found: Vec<Candidate> = Vec::new();
     let number = |name: &str| {
@@ -100,7 +100,7 @@ fn candidates(arguments: &OptimiseArguments, scene: &Scene) -> anyhow::Result<Ve
     if problems.is_empty() { Ok(found) } else { bail!("{}", problems.join("\nerror: ")) }
 }
 
-fn choices(to: &To, scene: &Scene) -> Result<Vec<Choice>, String> {
+fn choices(to: &To, scene: &CompiledScene) -> Result<Vec<Choice>, String> {
     match to {
         To::Absorption(bounds) => Ok(vec![Choice::Absorption(*bounds)]),
         To::Entries(entries) => entries
@@ -120,7 +120,7 @@ fn print(
     found: &Proposal,
     arguments: &OptimiseArguments,
     candidates: &[Candidate],
-    scene: &Scene,
+    scene: &CompiledScene,
     out: &mut dyn Write,
 ) -> anyhow::Result<()> {
     if found.changes.is_empty() {
@@ -157,7 +157,7 @@ fn print(
 }
 
 /// A row for each goal and band.
-fn outcomes(found: &Proposal, goals: &[Goal], scene: &Scene) -> String {
+fn outcomes(found: &Proposal, goals: &[Goal], scene: &CompiledScene) -> String {
     let rows = found.outcomes.iter().map(|outcome| {
         let goal = &goals[outcome.goal];
         let (symbol, unit, factor) = goal.parameter.heading();
@@ -191,7 +191,7 @@ fn cell(estimate: &ParameterValue, factor: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use sonel_analysis::{Estimate, NoInterval};
+    use sonel::analysis::{Estimate, NoInterval};
 
     use super::*;
 

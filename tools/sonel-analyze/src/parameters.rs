@@ -8,8 +8,9 @@ use std::path::Path;
 
 use anyhow::bail;
 use serde_json::{Value, json};
-use sonel_analysis::modal::ModalBands;
-use sonel_analysis::{ReceiverParameters, report};
+use sonel::analysis::modal::ModalBands;
+use sonel::analysis::{ReceiverParameters, report};
+use sonel::echograms::provenance::{Provenance, SystemSource};
 use sonel_console::artifact::stem;
 use sonel_console::follower::Follower;
 use sonel_console::{Log, Outcome, spelled};
@@ -72,10 +73,10 @@ fn read(
     if let Some(map) = map {
         subject.attach_materials(&arguments.uncertainty, map, heard, &Follower::new(quiet, log))?;
     }
-    let metadata = &subject.echograms().metadata;
-    let name = metadata["variant"].as_str().map_or_else(|| stem(path), str::to_owned);
-    let volume = metadata["volume_m3"].as_f64();
-    let title = title(metadata);
+    let provenance = &subject.echograms().provenance;
+    let name = provenance.variant.clone().unwrap_or_else(|| stem(path));
+    let volume = provenance.volume_m3;
+    let title = title(provenance);
     let shares = seats::shares(&arguments.targets, &subject.parameters, volume);
     let modal = volume.and_then(|volume| ModalBands::of(&subject.parameters, volume));
     subject.name = name;
@@ -141,23 +142,21 @@ fn remark(arguments: &Parameters, read: &Read, is_named: bool, log: &mut dyn Wri
 }
 
 /// The beginning of the line above every block: the scene, where the response names one, its variant and the changes of a system's sources.
-fn title(metadata: &Value) -> String {
-    let Some(scene) = metadata["scene"].as_str() else { return String::new() };
-    let variant = metadata["variant"].as_str().map(|variant| format!(", {variant}"));
-    format!("{scene}{}{}: ", variant.unwrap_or_default(), system(metadata))
+fn title(provenance: &Provenance) -> String {
+    let Some(scene) = &provenance.scene else { return String::new() };
+    let variant = provenance.variant.as_ref().map(|variant| format!(", {variant}"));
+    format!("{scene}{}{}: ", variant.unwrap_or_default(), system(&provenance.together))
 }
 
 /// `, sources "left −3 dB + right 20 ms"`; empty where no source of a system has a gain or delay.
-fn system(metadata: &Value) -> String {
-    let of = |source: &Value| {
-        let number = |key: &str, factor: f64| source[key].as_f64().map_or(0.0, |number| factor * number);
-        let changes = [(number("gain_db", 1.0), "dB"), (number("delay_s", 1e3), "ms")];
+fn system(sources: &[SystemSource]) -> String {
+    let of = |SystemSource { source, gain_db, delay_s }: &SystemSource| {
+        let changes = [(*gain_db, "dB"), (1e3 * delay_s, "ms")];
         let changes = changes.into_iter().filter(|(change, _)| change.abs() > 0.0);
         let changes: String = changes.map(|(change, unit)| format!(" {change} {unit}")).collect();
-        (source["source"].as_str().unwrap_or_default().to_owned(), changes.replace('-', "−"))
+        (source.clone(), changes.replace('-', "−"))
     };
-    let sources: Vec<(String, String)> =
-        metadata["together"].as_array().into_iter().flatten().map(of).collect();
+    let sources: Vec<(String, String)> = sources.iter().map(of).collect();
     if sources.iter().all(|(_, changes)| changes.is_empty()) {
         return String::new();
     }

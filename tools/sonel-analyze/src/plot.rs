@@ -6,16 +6,16 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use sonel::analysis::ReceiverParameters;
+use sonel::analysis::modulation::Talk;
+use sonel::analysis::receiver::parameters_of;
+use sonel::drawing::plot::{self, Panel, PlotError, Sheet};
+use sonel::echograms::Echograms;
 use sonel::names::{band, place};
-use sonel_analysis::ReceiverParameters;
-use sonel_analysis::modulation::Talk;
-use sonel_analysis::receiver::parameters_of;
 use sonel_console::Outcome;
 use sonel_console::artifact::{Artifact, stem};
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::quantity::counted;
-use sonel_drawing::plot::{self, Panel, PlotError, Sheet};
-use sonel_echogram::Response;
 
 use crate::arguments::{Plot, What};
 use crate::open;
@@ -44,7 +44,7 @@ pub(crate) fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outco
         subject.log_what_is_left_out(arguments, log)?;
     }
     let mut sheet =
-        Sheet::new(subjects[0].response.metadata["scene"].as_str().unwrap_or_default(), Vec::new());
+        Sheet::new(subjects[0].response.provenance.scene.as_deref().unwrap_or_default(), Vec::new());
     if wanted(What::Echogram) {
         sheet.rows.extend(in_rows(subjects.iter().map(|subject| subject.panel(plot::echogram)).collect()));
     }
@@ -116,7 +116,7 @@ fn sorted(files: &[PathBuf]) -> anyhow::Result<(Vec<&Path>, Option<PathBuf>)> {
 struct Subject {
     path: PathBuf,
     name: String,
-    response: Response,
+    response: Echograms,
     talk: Option<Talk>,
     source: usize,
     receiver: usize,
@@ -141,7 +141,7 @@ impl Subject {
         Ok(Self { path: path.to_owned(), name: stem(path), response, talk, source, receiver })
     }
 
-    fn panel(&self, of: impl Fn(&Response, usize, usize) -> Panel) -> Panel {
+    fn panel(&self, of: impl Fn(&Echograms, usize, usize) -> Panel) -> Panel {
         self.named(of(&self.response, self.source, self.receiver))
     }
 

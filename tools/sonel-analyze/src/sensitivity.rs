@@ -3,12 +3,12 @@
 use std::io::Write;
 
 use anyhow::Context;
-use sonel_analysis::{Parameter, sensitivity};
+use sonel::analysis::{Parameter, sensitivity};
+use sonel::rendering::RenderSettings;
+use sonel::study::response::receivers_of;
 use sonel_console::Outcome;
 use sonel_console::progress::Progress;
 use sonel_design::sensitivity::{VariedMap, sensitivities};
-use sonel_renderer::RenderSettings;
-use sonel_study::response::receivers_of;
 
 use crate::arguments::{Format, SensitivityArguments};
 use crate::open;

@@ -5,20 +5,20 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use sonel::TemporaryMaps;
+use sonel::drawing::plot::{self, Sheet};
+use sonel::geometry::Geometry;
+use sonel::map::{Mode, Settings};
+use sonel::rendering::{Estimator, RenderSettings, free_path};
+use sonel::study::effects::{self, EffectSpec};
+use sonel::study::pipeline::Room;
+use sonel::study::response::receivers_of;
+use sonel::study::room_decay;
 use sonel_console::follower::Follower;
 use sonel_console::output::{self, Kind, Output};
 use sonel_console::progress::Progress;
 use sonel_console::{Log, Outcome, Stopwatch};
 use sonel_design::tradeoff::report::{self, Findings};
 use sonel_design::tradeoff::{Levels, Setting, Sweep, conduct, verdict};
-use sonel_drawing::plot::{self, Sheet};
-use sonel_geometry::Geometry;
-use sonel_map::{Mode, Settings};
-use sonel_renderer::{Estimator, RenderSettings, free_path};
-use sonel_study::effects::{self, EffectSpec};
-use sonel_study::pipeline::Room;
-use sonel_study::response::receivers_of;
-use sonel_study::room_decay;
 
 use crate::arguments::{Property, Tradeoff};
 

@@ -2,9 +2,9 @@
 
 use std::io::Write;
 
-use sonel_analysis::survey::differences;
+use sonel::analysis::survey::differences;
+use sonel::map::Ledger;
 use sonel_console::Outcome;
-use sonel_map::Ledger;
 
 use crate::arguments::Verify;
 use crate::open::{self, WalkedMap};

@@ -4,9 +4,9 @@ use std::io::Read;
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use sonel_echogram::Response;
-use sonel_map::hexadecimal;
-use sonel_scene::Scene;
+use sonel::echograms::{Echograms, Provenance};
+use sonel::map::hexadecimal;
+use sonel::scenes::CompiledScene;
 
 use crate::input;
 
@@ -55,13 +55,14 @@ pub fn kind(path: &Path) -> anyhow::Result<Option<Artifact>> {
 /// # Errors
 /// When the first was not, or the warning cannot be given.
 pub fn check_scene<'a>(
-    responses: impl IntoIterator<Item = (&'a str, &'a Response)>,
-    scene: &Scene,
+    responses: impl IntoIterator<Item = (&'a str, &'a Echograms)>,
+    scene: &CompiledScene,
     warn: &mut dyn FnMut(&str) -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
-    let digests = [("scene_digest", scene.digest), ("mesh_digest", scene.mesh_digest)];
-    let is_of_scene = |response: &Response| {
-        digests.iter().all(|(key, digest)| response.metadata[*key] == hexadecimal(digest))
+    let digests = [&scene.digest, &scene.mesh_digest].map(|digest| Some(hexadecimal(digest)));
+    let is_of_scene = |response: &Echograms| {
+        let Provenance { scene_digest, mesh_digest, .. } = &response.provenance;
+        [scene_digest, mesh_digest] == digests.each_ref()
     };
     for (number, (name, response)) in responses.into_iter().enumerate() {
         match number {

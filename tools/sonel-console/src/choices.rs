@@ -1,8 +1,8 @@
 //! Options with a few named values that several programs have.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use sonel_map::{Mode, Spectral};
-use sonel_renderer::Estimator;
+use sonel::map::{Mode, Spectral};
+use sonel::rendering::Estimator;
 
 /// Reads one of `choices`, each with what help says of it, by the words that `name` gives them.
 fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use cpu_time::{ProcessTime, ThreadTime};
-use sonel_study::pipeline::Clock;
+use sonel::study::pipeline::Clock;
 
 /// Seconds since its start, on the wall and of the processor.
 #[derive(Debug)]

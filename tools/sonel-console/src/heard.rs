@@ -5,9 +5,9 @@ use std::ops::RangeInclusive;
 
 use anyhow::bail;
 use clap::Args;
-use sonel_analysis::modulation::Talk;
-use sonel_analysis::speech::{noise_level_db, speech_power_level_db};
-use sonel_echogram::{Response, SourceChange};
+use sonel::analysis::modulation::Talk;
+use sonel::analysis::speech::{noise_level_db, speech_power_level_db};
+use sonel::echograms::{Echograms, SourceChange};
 
 /// Speech, noise, and sources as one system.
 #[derive(Debug, Clone, Default, Args)]
@@ -54,7 +54,7 @@ impl HeardArguments {
     ///
     /// # Errors
     /// When a gain or delay is of no source, given twice or impossible.
-    pub fn heard(&self, response: Response) -> anyhow::Result<Response> {
+    pub fn heard(&self, response: Echograms) -> anyhow::Result<Echograms> {
         Ok(self.changes(&response)?.map(|changes| response.together(&changes)).unwrap_or(response))
     }
 
@@ -62,7 +62,7 @@ impl HeardArguments {
     ///
     /// # Errors
     /// When a gain or delay is of no source, given twice or impossible, in an option or in the response.
-    pub fn changes(&self, response: &Response) -> anyhow::Result<Option<Vec<SourceChange>>> {
+    pub fn changes(&self, response: &Echograms) -> anyhow::Result<Option<Vec<SourceChange>>> {
         if !self.together {
             return Ok(None);
         }

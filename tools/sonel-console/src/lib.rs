@@ -197,7 +197,7 @@ fn in_words(text: &str) -> String {
 fn message(error: &anyhow::Error) -> String {
     let of_system = error.chain().filter_map(|cause| cause.downcast_ref::<std::io::Error>());
     let of_maps = error.chain().filter_map(|cause| match cause.downcast_ref()? {
-        sonel_map::MapError::Io(error) => Some(error),
+        sonel::map::MapError::Io(error) => Some(error),
         _ => None,
     });
     let mut kinds = of_system.chain(of_maps).map(std::io::Error::kind);
@@ -295,7 +295,7 @@ mod tests {
             "{no_memory}"
         );
         assert!(!no_file.contains("ulimit"), "{no_file}");
-        let unmapped = sonel_map::MapError::Io(std::io::Error::from_raw_os_error(12));
+        let unmapped = sonel::map::MapError::Io(std::io::Error::from_raw_os_error(12));
         let unmapped = message(&anyhow::Error::new(unmapped).context("hall.sonelmap"));
         assert!(unmapped.ends_with("(ulimit -v)"), "{unmapped}");
     }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use tempfile::TempPath;
 
-use sonel_scene::checkup::FIRST_LINE;
+use sonel::scenes::checkup::FIRST_LINE;
 
 use crate::{inputs, interrupt, note};
 

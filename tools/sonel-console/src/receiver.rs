@@ -1,8 +1,8 @@
 //! Receivers on the command line.
 
 use glam::DVec3;
-use sonel_acoustics::Pattern;
-use sonel_renderer::{ReceiverPoint, Sensitivity};
+use sonel::acoustics::Pattern;
+use sonel::rendering::{ReceiverPoint, Sensitivity};
 
 /// Reads `NAME=x,y,z` [m] or, with a directivity and its aim, `NAME=x,y,z,cardioid,x,y,z`.
 ///

@@ -1,6 +1,6 @@
 //! Parts of a run or of its receivers: `I/N`.
 
-use sonel_map::ShardRange;
+use sonel::map::ShardRange;
 
 /// Reads `I/N`.
 ///

@@ -1,10 +1,10 @@
 //! Options that say how uncertain the absorption of materials is.
 
 use clap::Args;
+use sonel::analysis::ReceiverParameters;
+use sonel::analysis::receiver::parameters_of;
+use sonel::echograms::Echograms;
 use sonel::{AbsorptionUncertainty, MaterialVariants};
-use sonel_analysis::ReceiverParameters;
-use sonel_analysis::receiver::parameters_of;
-use sonel_echogram::Response;
 
 use crate::follower::Follower;
 use crate::heard::HeardArguments;
@@ -32,7 +32,7 @@ impl UncertaintyArguments {
     pub fn attach(
         &self,
         parameters: &mut [ReceiverParameters],
-        response: &Response,
+        response: &Echograms,
         map: &sonel::Map,
         heard: &HeardArguments,
         follower: &Follower<'_>,

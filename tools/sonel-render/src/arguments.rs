@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Parser;
+use sonel::study::target;
 use sonel::{Air, Audience, Change, Estimator, Grid, ReceiverPoint, RenderOptions, ShardRange, Targets};
 use sonel_console::Common;
 use sonel_console::choices::{diffraction, estimator};
@@ -137,11 +138,13 @@ pub struct Arguments {
     /// more rays do not help; with --output, also render and compare.
     #[arg(long)]
     pub plan: bool,
-    /// Take more batches of the map, a quarter at first, then more rays until the half-width of every 95 % interval meets its target at
-    /// every receiver; else exit code 1, and the log states the rays or packets required. The response is that of --batches and --rays with the
-    /// final numbers. Parameters: level, g, edt, t20, t30, c50,
-    /// c80, d50, ts; units: %, s, ms, dB, jnd.
-    #[arg(long, value_name = "TARGETS", requires = "output")]
+    /// Targets of half-widths.
+    #[arg(long, value_name = "TARGETS", requires = "output", help = format!(
+        "Take more batches of the map, a quarter at first, then more rays until the half-width of every 95 % interval meets its target at \
+         every receiver; else exit code 1, and the log states the rays or packets required. The response is that of --batches and --rays with \
+         the final numbers. Parameters: {}; units: %, s, ms, dB, jnd",
+        target::names()
+    ))]
     pub until: Option<Targets>,
     /// Time limit of --until, such as 60s, 5min, 2h: no rendering starts that would end later.
     #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]

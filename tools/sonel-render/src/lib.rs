@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Error, bail};
 use serde_json::{Value, json};
+use sonel::analysis::report;
 use sonel::names::place;
 use sonel::plan as tables;
 use sonel::{ClassShare, Map, RenderOptions, Rendered};
-use sonel_analysis::report;
 use sonel_console::follower::Follower;
 use sonel_console::output::{self, Kind, Output};
 use sonel_console::quantity::counted;
@@ -100,7 +100,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         scene.name
     ))?;
     remark(&rendered, &follower)?;
-    let parameters = arguments.parameters.then(|| sonel_analysis::parameters(rendered.response.echograms()));
+    let parameters = arguments.parameters.then(|| sonel::analysis::parameters(rendered.response.echograms()));
     if let Some(parameters) = parameters.as_ref().filter(|_| !arguments.json) {
         write!(out, "{}", report::table(parameters, &format!("{}: ", scene.name), false))?;
     }
@@ -118,7 +118,10 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
 }
 
 /// Names of the variants to be rendered, and their files.
-fn variants(arguments: &Arguments, scene: &sonel_scene::Scene) -> anyhow::Result<Vec<(String, PathBuf)>> {
+fn variants(
+    arguments: &Arguments,
+    scene: &sonel::scenes::CompiledScene,
+) -> anyhow::Result<Vec<(String, PathBuf)>> {
     let Some(output) = &arguments.output else { return Ok(Vec::new()) };
     let known: Vec<&String> = scene.designs.iter().map(|design| &design.name).collect();
     let mut names: Vec<&String> = Vec::new();

@@ -13,7 +13,7 @@ pub(crate) fn read_file(path: &Path) -> anyhow::Result<Vec<ReceiverPoint>> {
     let label = path.display().to_string();
     let text = input::read_to_string(path).with_context(|| format!("cannot read the receivers {label}"))?;
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
-        let receivers = sonel_scene::load_receivers(&text, &label)?;
+        let receivers = sonel::scenes::load_receivers(&text, &label)?;
         return Ok(receivers.into_iter().map(|receiver| ReceiverPoint::from(&receiver)).collect());
     }
     receivers(&text, &label)

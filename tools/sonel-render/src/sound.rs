@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
+use sonel::sound::MOST_AMBISONICS_ORDER;
+use sonel::sound::{Head, Microphone, Recording, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ};
 use sonel::{Channels, Response, Silent, SoundOptions};
 use sonel_console::input;
 use sonel_console::output::{Complete, Kind, Output, make_folder};
-use sonel_sound::ambisonics::MOST_ORDER;
-use sonel_sound::{Head, Microphone, Recording, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ};
 
 use crate::receivers;
 
@@ -28,7 +28,7 @@ pub struct SoundArguments {
     pub wav_match: bool,
     /// Also write ambisonics of an order from 1 to 7 (ACN, SN3D: AmbiX) as NAME_ambix3.wav. With --directions, which sonel-render
     /// implies; needs --wav.
-    #[arg(long, value_name = "ORDER", requires = "wav", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_ORDER)), allow_negative_numbers = true)]
+    #[arg(long, value_name = "ORDER", requires = "wav", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_AMBISONICS_ORDER)), allow_negative_numbers = true)]
     pub ambix: Option<u32>,
     /// Also write binaural responses as NAME_binaural.wav, with the HRTF of FILE.sofa (SimpleFreeFieldHRIR). The head looks
     /// along the receiver's aim, by default towards the first source. With --directions, which sonel-render implies; needs --wav.

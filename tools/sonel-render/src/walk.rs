@@ -1,15 +1,15 @@
 //! What a listener hears of a recording along a path, as WAV files in a folder.
 
 use std::io::BufReader;
-use std::path::{Path as File, PathBuf};
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use glam::DVec3;
-use sonel::{Path, ReceiverPoint, Response, Silent, SoundOptions, Waypoint};
+use sonel::scenes::CompiledScene;
+use sonel::sound::{Recording, resample};
+use sonel::{ReceiverPoint, Response, Route, Silent, SoundOptions, Waypoint};
 use sonel_console::input;
 use sonel_console::output::{Complete, Kind, Output, make_folder};
-use sonel_scene::Scene;
-use sonel_sound::{Recording, resample};
 
 use crate::arguments::Arguments;
 use crate::receivers::read_csv;
@@ -17,9 +17,9 @@ use crate::sound::{Heard, numbered};
 
 /// A path with what is heard along it.
 pub(crate) struct Walk<'a> {
-    path: Path,
+    path: Route,
     spacing: f64,
-    folder: &'a File,
+    folder: &'a Path,
     /// Names of the sources, as file names hold them.
     sources: Vec<String>,
     /// The recording at the sample rate of the responses.
@@ -30,7 +30,7 @@ pub(crate) struct Walk<'a> {
 
 impl<'a> Walk<'a> {
     /// The walk that is asked for, if any.
-    pub(crate) fn of(arguments: &'a Arguments, scene: &Scene) -> anyhow::Result<Option<Self>> {
+    pub(crate) fn of(arguments: &'a Arguments, scene: &CompiledScene) -> anyhow::Result<Option<Self>> {
         let (Some(file), Some(recording), Some(folder)) =
             (&arguments.path, &arguments.recording, &arguments.sound.wav)
         else {
@@ -96,11 +96,11 @@ impl<'a> Walk<'a> {
 }
 
 /// The path in a CSV file.
-fn read(file: &File) -> anyhow::Result<Path> {
+fn read(file: &Path) -> anyhow::Result<Route> {
     let label = file.display().to_string();
     let text = input::read_to_string(file).with_context(|| format!("cannot read the path {label}"))?;
     let points = waypoints(&text, &label)?;
-    Path::new(points).with_context(|| label)
+    Route::new(points).with_context(|| label)
 }
 
 fn waypoints(text: &str, label: &str) -> anyhow::Result<Vec<Waypoint>> {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Parser;
+use sonel::study::target;
 use sonel::{Effects, Mode, ShardRange, Spectral, Targets, TraceOptions, Variants};
 use sonel_console::choices::{mode, spectral};
 use sonel_console::count::parse_count;
@@ -61,10 +62,12 @@ pub struct Arguments {
     /// Print predicted cost and intervals for several accuracies; with --output, also run and compare.
     #[arg(long)]
     pub plan: bool,
-    /// Add packets until the half-width of every 95 % interval meets its target, such as t30<1%,level<0.1dB,c80<0.2jnd; else
-    /// exit code 1. The map is that of --packets with the final number. Parameters: level, g, edt, t20, t30, c50, c80, d50, ts; units:
-    /// %, s, ms, dB, jnd.
-    #[arg(long, value_name = "TARGETS", requires = "output")]
+    /// Targets of half-widths.
+    #[arg(long, value_name = "TARGETS", requires = "output", help = format!(
+        "Add packets until the half-width of every 95 % interval meets its target, such as t30<1%,level<0.1dB,c80<0.2jnd; else exit code 1. \
+         The map is that of --packets with the final number. Parameters: {}; units: %, s, ms, dB, jnd",
+        target::names()
+    ))]
     pub until: Option<Targets>,
     /// Time limit of --until, such as 60s, 5min, 2h.
     #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]

@@ -7,13 +7,13 @@ use anyhow::{anyhow, bail};
 use clap::Args;
 use sonel::check_file;
 use sonel::checkup::{notes, report};
+use sonel::scenes::checkup::{Checkup, Covering, Room, Times};
+use sonel::scenes::folded;
 use sonel_console::follower::Follower;
 use sonel_console::output::{Kind, Output};
 use sonel_console::quantity::counted;
 use sonel_console::table::aligned;
 use sonel_console::{Common, Log, Outcome};
-use sonel_scene::checkup::{Checkup, Covering, Room, Times};
-use sonel_scene::folded;
 
 /// Check a scene before tracing; exit code 1 if there are errors, warnings or faults
 ///

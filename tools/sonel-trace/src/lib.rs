@@ -11,12 +11,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use serde_json::{Value, json};
+use sonel::map::{MapError, SonelMap};
 use sonel::plan as tables;
 use sonel::{Map, MapStore, Scene};
 use sonel_console::follower::Follower;
 use sonel_console::output::{self, Kind, Output, failed};
 use sonel_console::{Log, Outcome, spelled, use_threads};
-use sonel_map::{MapError, SonelMap};
 
 pub use arguments::Arguments;
 pub use program::Program;

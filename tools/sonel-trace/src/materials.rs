@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
+use sonel::scenes::library::{LibraryEntry, Octaves, read_file, shipped};
 use sonel_console::table::aligned;
 use sonel_console::{Common, Outcome, input};
-use sonel_scene::library::{LibraryEntry, Octaves, read_file, shipped};
 
 /// Octaves that are printed [Hz].
 const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];

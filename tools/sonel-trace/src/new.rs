@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
+use sonel::scenes::{Draft, DraftOptions, Purpose, SceneErrors, shell_word};
 use sonel_console::count::numbers;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::Progress;
 use sonel_console::{Common, Outcome, input};
-use sonel_scene::{Draft, DraftOptions, Purpose, SceneErrors, shell_word};
 
 /// Write a commented scene file for a mesh or a rectangular room: materials to choose from, a source, receivers
 ///
@@ -60,7 +60,7 @@ pub(crate) fn run(new: &New, log: &mut dyn Write) -> anyhow::Result<Outcome> {
         up: new.up.as_deref(),
     };
     let draft = match (&new.shoebox, &new.mesh) {
-        (Some(lengths), _) => sonel_scene::draft_shoebox(*lengths, &options),
+        (Some(lengths), _) => sonel::scenes::draft_shoebox(*lengths, &options),
         (None, Some(mesh)) => of_mesh(new, mesh, &options)?,
         (None, None) => bail!("give a mesh, or --shoebox X,Y,Z"),
     };
@@ -82,7 +82,7 @@ fn of_mesh(new: &New, mesh: &Path, options: &DraftOptions<'_>) -> anyhow::Result
     let name = mesh.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let folder = new.output.parent().unwrap_or(Path::new("")).to_owned();
     let _progress = Progress::wait("reading", new.common.quiet);
-    Ok(sonel_scene::draft(&path, &name, options, &mut |path| input::read(&folder.join(path))))
+    Ok(sonel::scenes::draft(&path, &name, options, &mut |path| input::read(&folder.join(path))))
 }
 
 /// The path of the mesh as the scene file names it: relative to its folder where the mesh lies in it, else absolute.

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser};
+use sonel::study::criteria::Criterion;
 use sonel_console::Common;
 use sonel_console::count::parse_count;
 use sonel_console::heard::HeardArguments;
 use sonel_console::uncertainty::UncertaintyArguments;
-use sonel_study::criteria::Criterion;
 
 /// What stands above a frozen page, what the room shall meet, and how uncertain its materials are.
 #[derive(Debug, Clone, Default, Args)]

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
+use sonel::echograms::Provenance;
 use sonel::{Map, RenderOptions, Response, Scene, TraceOptions};
 use sonel_console::artifact::{self, Artifact};
 use sonel_console::follower::Follower;
@@ -51,14 +52,12 @@ impl Files {
 
     /// Beside variants, the response of the scene itself is called as the scene.
     fn call_by_scene(&mut self) {
-        let metadata =
-            |response: &Response, key: &str| response.echograms().metadata[key].as_str().map(str::to_owned);
-        if !self.responses.iter().any(|(_, response)| metadata(response, "variant").is_some()) {
+        if self.responses.iter().all(|(_, response)| response.echograms().provenance.variant.is_none()) {
             return;
         }
         for at in 0..self.responses.len() {
-            let response = &self.responses[at].1;
-            let scene = metadata(response, "scene").filter(|_| metadata(response, "variant").is_none());
+            let Provenance { scene, variant, .. } = &self.responses[at].1.echograms().provenance;
+            let scene = scene.clone().filter(|_| variant.is_none());
             let is_free = |name: &String| self.responses.iter().all(|(other, _)| other != name);
             if let Some(scene) = scene.filter(is_free) {
                 self.responses[at].0 = scene;
@@ -105,7 +104,7 @@ impl Files {
 
 /// What the page calls a response: its variant, unless another one has this name; else the name of its file.
 fn name(response: &Response, path: &Path, others: &[(String, Response)]) -> String {
-    let variant = response.echograms().metadata["variant"].as_str();
+    let variant = response.echograms().provenance.variant.as_deref();
     let is_free = |name: &&str| others.iter().all(|(other, _)| other != name);
     variant.filter(is_free).map_or_else(|| artifact::stem(path), str::to_owned)
 }

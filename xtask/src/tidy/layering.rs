@@ -5,7 +5,7 @@
 use super::tree::{Finding, SourceFile, Tree};
 
 /// Our crates by layer, lowest first; a crate may depend on lower layers only.
-const LAYERS: [&[&str]; 9] = [
+const LAYERS: [&[&str]; 10] = [
     &[
         "sonel-acoustics",
         "sonel-sampling",
@@ -17,8 +17,9 @@ const LAYERS: [&[&str]; 9] = [
     &["sonel-scene"],
     &["sonel-map", "sonel-echogram"],
     &["sonel-tracer", "sonel-renderer", "sonel-analysis", "sonel-sound"],
-    &["sonel-study", "sonel-drawing"],
-    &["sonel", "sonel-design"],
+    &["sonel-drawing"],
+    &["sonel"],
+    &["sonel-design"],
     &["sonel-console"],
     &["sonel-trace", "sonel-render", "sonel-view"],
     &["sonel-analyze"],
@@ -67,11 +68,9 @@ const HOMES: [(&str, &[&str]); 45] = [
         &[
             "crates/sonel-scene",
             "crates/sonel-echogram",
-            "crates/sonel-sound",
             "crates/sonel-analysis",
             "crates/sonel-design",
             "crates/sonel-drawing",
-            "crates/sonel-study",
             "crates/sonel/",
             "tools/",
             "python",
@@ -101,6 +100,25 @@ pub(super) fn arrows(tree: &Tree) -> Vec<Finding> {
         };
         (to >= from || package == "sonel-testkit").then(|| format!("{own} must not depend on {package}"))
     })
+}
+
+/// Programs and Python that name a crate below `sonel`, and what that hides from its users.
+pub(super) fn one_door(tree: &Tree) -> Vec<Finding> {
+    let face = layer("sonel");
+    let mut findings = each_dependency(tree, |manifest, package| {
+        let is_user = ["tools/", "python/"].iter().any(|folder| manifest.path.starts_with(folder));
+        let is_below = layer(package).is_some_and(|layer| Some(layer) < face);
+        (is_user && is_below)
+            .then(|| format!("{package} is below crate sonel, which has what programs and Python name"))
+    });
+    for file in tree.files.iter().filter(|file| file.path.starts_with("crates/sonel/src/")) {
+        let lines = file.text.lines().enumerate();
+        let hidden = lines.filter(|(_, line)| line.contains("#[doc(hidden)]"));
+        findings.extend(hidden.map(|(at, _)| {
+            file.finding(at + 1, "crate sonel hides nothing: document it, or make it private".to_owned())
+        }));
+    }
+    findings
 }
 
 /// Foreign packages away from home.
@@ -176,6 +194,19 @@ mod tests {
             assert_eq!(arrows(&tree).len(), 1, "{own} on {other}");
             assert_eq!(arrows(&tree)[0].line, 4);
         }
+    }
+
+    #[test]
+    fn programs_and_python_have_one_door() {
+        for user in ["tools/sonel-view", "python"] {
+            let of = |package: &str| {
+                manifest(&format!("{user}/Cargo.toml"), &format!("{package}.workspace = true"))
+            };
+            assert!(one_door(&of("sonel")).is_empty() && one_door(&of("serde")).is_empty());
+            assert_eq!(one_door(&of("sonel-map")).len(), 1, "{user}");
+        }
+        let hiding = Tree::of(&[("crates/sonel/src/lib.rs", "#[doc(hidden)]\npub mod names;")]);
+        assert_eq!(one_door(&hiding).len(), 1);
     }
 
     #[test]

@@ -18,8 +18,9 @@ use tree::{Finding, Tree};
 
 type Rule = fn(&Tree) -> Vec<Finding>;
 
-const RULES: [(&str, Rule); 10] = [
+const RULES: [(&str, Rule); 11] = [
     ("arrows between our crates point down", layering::arrows),
+    ("programs and Python name crate sonel and none below it", layering::one_door),
     ("a foreign package has one home", layering::homes),
     ("libraries touch no outside world", purity::outside_world),
     ("libraries take elementary functions from libm", purity::elementary_functions),

@@ -332,3 +332,14 @@ fn a_listed_arrival_is_taken_from_the_bin_that_holds_it() {
         assert!((late - listed - decay.energy_between(0.05, 1e3)).abs() < 1e-9, "{late}");
     }
 }
+
+#[test]
+fn every_parameter_is_known_by_its_key_and_by_its_short_name() {
+    for (index, parameter) in Parameter::EVERY.into_iter().enumerate() {
+        assert_eq!(parameter as usize, index);
+        for name in [parameter.key().to_owned(), parameter.short_name().to_uppercase()] {
+            assert_eq!(Parameter::named(&name), Some(parameter), "{name}");
+        }
+    }
+    assert_eq!(Parameter::named("rt60"), None);
+}

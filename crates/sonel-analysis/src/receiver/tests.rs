@@ -2,6 +2,7 @@
 
 use sonel_acoustics::BandWidth;
 use sonel_echogram::Arrivals;
+use sonel_echogram::provenance::{Measured, Provenance};
 use sonel_testkit::exponential::ExponentialDecay;
 
 use super::*;
@@ -36,7 +37,7 @@ fn response(center_frequency_hz: Vec<f64>, power_level_db: f64) -> Response {
         missing: None,
         arrivals: Arrivals::default(),
         directions: None,
-        metadata: serde_json::json!({}),
+        provenance: Provenance::default(),
     }
 }
 
@@ -67,7 +68,7 @@ fn thirds_add_up_to_the_octaves_of_speech_and_noise() {
 #[test]
 fn a_measurement_has_nothing_that_needs_a_level() {
     let mut measured = response(OCTAVES.to_vec(), 0.0);
-    measured.metadata = serde_json::json!({ "measured": { "reached_db": vec![-60.0; 8] } });
+    measured.provenance.measured = Some(Measured { reached_db: vec![-60.0; 8] });
     let noisy = parameters_of(&measured, Some(&TALK)).remove(0);
     let speech = noisy.in_noise.as_ref().expect("noise");
     let of_bands =

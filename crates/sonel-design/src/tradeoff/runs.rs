@@ -5,9 +5,7 @@ use sonel_map::{Mode, Settings};
 use sonel_renderer::{PathClass, ReceiverPoint, RenderSettings, Rendering};
 
 use super::sweep::{JUDGED, Setting, Sweep};
-use sonel_study::pipeline::{
-    Clock, MapStore, PipelineError, RenderSeconds, Rendered, Room, TraceSeconds, render_and_read,
-};
+use sonel::study::pipeline::{Clock, MapStore, RenderSeconds, Rendered, Room, TraceSeconds, render_and_read};
 
 /// Receiver, band and parameter of a value.
 #[derive(Debug, Clone, PartialEq)]
@@ -113,7 +111,7 @@ pub fn conduct(
     store: &mut impl MapStore,
     clock: &dyn Clock,
     progress: &mut dyn FnMut(f64),
-) -> Result<Tradeoff, PipelineError> {
+) -> Result<Tradeoff, sonel::Error> {
     let stage = Stage { room, receivers, clock };
     let (cells, reference) = stage.reference(sweep, store)?;
     let total: u64 = sweep.reference_packets + u64::from(sweep.repeats) * sweep.packets.iter().sum::<u64>();
@@ -154,7 +152,7 @@ impl Stage<'_> {
         &self,
         sweep: &Sweep,
         store: &mut impl MapStore,
-    ) -> Result<(Vec<Cell>, Reference), PipelineError> {
+    ) -> Result<(Vec<Cell>, Reference), sonel::Error> {
         let mut packets = sweep.packets[0];
         loop {
             let settings = Settings {
@@ -182,8 +180,8 @@ impl Stage<'_> {
         &self,
         map: &sonel_map::SonelMap,
         settings: &RenderSettings,
-    ) -> Result<Rendered, PipelineError> {
-        Ok(render_and_read(map, self.room.geometry(), self.receivers, settings, self.clock)?)
+    ) -> Result<Rendered, sonel::Error> {
+        render_and_read(map, self.room.geometry(), self.receivers, settings, self.clock)
     }
 }
 

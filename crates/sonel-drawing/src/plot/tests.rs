@@ -138,7 +138,7 @@ fn response(factors: &[f32]) -> Response {
         missing: None,
         arrivals: Arrivals::default(),
         directions: None,
-        metadata: serde_json::Value::Null,
+        provenance: Default::default(),
     }
 }
 

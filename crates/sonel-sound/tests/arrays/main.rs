@@ -65,7 +65,7 @@ fn response(places: &[DVec3], with_direct: bool) -> Response {
         missing: None,
         arrivals,
         directions: None,
-        metadata: serde_json::Value::Null,
+        provenance: Default::default(),
     }
 }
 

@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
 
+use crate::study::response::receivers_of;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -11,7 +12,6 @@ use sonel_geometry::{Geometry, Obstacle};
 use sonel_map::ShardRange;
 use sonel_renderer::{ReceiverPoint, is_at_source};
 use sonel_scene::Scene;
-use sonel_study::response::receivers_of;
 
 use super::audience::{Audience, MOST_POINTS};
 use crate::observer::{Severity, Watch};

@@ -3,16 +3,18 @@
 use std::f64::consts::LOG10_E;
 use std::sync::{Arc, LazyLock};
 
-use serde_json::{Value, json};
+use crate::study::forecast::Effort;
+use crate::study::plan::RenderLoad;
+use crate::study::response::{self, PART};
 use sonel_acoustics::{Directivity, Material, energy_to_level_db};
-use sonel_echogram::{Response, side_by_side};
+use sonel_echogram::provenance::{
+    self, ByName, Changed, Coefficients, EdgeContributions, Options, PathClass, SourceRendering,
+};
+use sonel_echogram::{Provenance, Response, side_by_side};
 use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, hexadecimal};
 use sonel_renderer::{Columns, ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_scene::{Scene, Source};
-use sonel_study::forecast::Effort;
-use sonel_study::plan::RenderLoad;
-use sonel_study::response::{self, PART};
 
 use crate::Result;
 use crate::error::At;
@@ -113,8 +115,9 @@ impl<'a> Job<'a> {
         }
         let renderings: Vec<Rendering> = sums.into_iter().map(|sums| renderer.finish(sums)).collect();
         let response = response::assemble(map, renderer, receivers, &renderings);
-        Ok(Response { metadata: metadata(map, renderer, settings, &renderings), ..response })
+        Ok(Response { provenance: provenance(map, renderer, settings, &renderings), ..response })
     }
+
     /// What a rendering takes.
     fn demand(&self, renderer: &Renderer<'_>, settings: &RenderSettings) -> Demand {
         let traced = self.map.header().settings;
@@ -136,115 +139,108 @@ impl<'a> Job<'a> {
     }
 }
 
-/// Provenance: everything that decided the response and nothing that depends on machine or clock.
-fn metadata(
+/// Everything that decided the response and nothing that depends on machine or clock.
+fn provenance(
     map: &SonelMap,
     renderer: &Renderer<'_>,
     settings: &RenderSettings,
     renderings: &[Rendering],
-) -> Value {
+) -> Provenance {
     let header = map.header();
-    let sources = renderings.iter().zip(&header.scene.sources);
-    let mut metadata = json!({
-        "tool": "sonel-render",
-        "tool_version": *VERSION,
-        "scene": header.scene.name,
-        "scene_digest": hexadecimal(&header.scene.digest),
-        "mesh_digest": hexadecimal(&header.scene.mesh_digest),
-        "map_digest": hexadecimal(&map.digest()),
-        "map_tool_version": header.tool_version,
-        "seed": settings.seed.unwrap_or(header.settings.seed),
-        "emissions": header.settings.emissions,
-        "batches": header.settings.batches,
-        "up": header.scene.up.to_array(),
-        "survival": header.settings.survival,
-        "options": {
-            "bin_s": settings.bin,
-            "estimator": settings.estimator.name(),
-            "order": settings.mirror_order,
-            "rays": settings.rays(header.settings.emissions),
-            "radius_m": settings.gather_radius,
-            "air_attenuation": renderer.attenuation(),
-        },
-        "sources": sources.map(|(rendering, source)| shares(renderer, rendering, source)).collect::<Vec<_>>(),
-    });
-    if let Some(volume) = renderer.volume() {
-        metadata["volume_m3"] = volume.into();
+    let (traced, scene) = (&header.settings, &header.scene);
+    let sources = renderings.iter().zip(&scene.sources);
+    Provenance {
+        tool: Some("sonel-render".to_owned()),
+        tool_version: Some(VERSION.clone()),
+        scene: Some(scene.name.clone()),
+        scene_digest: Some(hexadecimal(&scene.digest)),
+        mesh_digest: Some(hexadecimal(&scene.mesh_digest)),
+        map_digest: Some(hexadecimal(&map.digest())),
+        map_tool_version: Some(header.tool_version.clone()),
+        seed: Some(settings.seed.unwrap_or(traced.seed)),
+        emissions: Some(traced.emissions),
+        batches: Some(traced.batches),
+        up: Some(scene.up.to_array()),
+        survival: Some(traced.survival),
+        options: Some(Options {
+            bin_s: settings.bin,
+            estimator: settings.estimator.name().to_owned(),
+            order: settings.mirror_order,
+            rays: settings.rays(traced.emissions),
+            radius_m: settings.gather_radius,
+            air_attenuation: renderer.attenuation(),
+            batches: Some(renderer.batches()).filter(|&some| some < traced.batches),
+            directions: settings.directions,
+            changed: map.drawn_with().map(|_| changes(scene)),
+        }),
+        sources: sources.map(|(rendering, source)| of_source(renderer, rendering, source)).collect(),
+        volume_m3: renderer.volume(),
+        ..Provenance::default()
     }
-    if renderer.batches() < header.settings.batches {
-        metadata["options"]["batches"] = renderer.batches().into();
-    }
-    if settings.directions {
-        metadata["options"]["directions"] = true.into();
-    }
-    if map.drawn_with().is_some() {
-        metadata["options"]["changed"] = changes(&header.scene);
-    }
-    metadata
 }
 
 /// Materials and directivities in use.
-fn changes(scene: &Scene) -> Value {
-    let materials: serde_json::Map<String, Value> = scene
-        .materials
-        .iter()
-        .map(|Material { name, absorption, scattering, transmission, .. }| {
-            let coefficients =
-                json!({ "absorption": absorption, "scattering": scattering, "transmission": transmission });
-            (name.clone(), coefficients)
-        })
-        .collect();
-    let directivities: serde_json::Map<String, Value> =
-        scene.sources.iter().map(|source| (source.name.clone(), directivity(&source.directivity))).collect();
-    json!({ "materials": materials, "directivities": directivities })
+fn changes(scene: &Scene) -> Changed {
+    let material = |Material { name, absorption, scattering, transmission, .. }: &Material| {
+        let coefficients = Coefficients {
+            absorption: absorption.clone(),
+            scattering: scattering.clone(),
+            transmission: transmission.clone(),
+        };
+        (name.clone(), coefficients)
+    };
+    let directivities =
+        scene.sources.iter().map(|source| (source.name.clone(), directivity(&source.directivity)));
+    Changed {
+        materials: ByName(scene.materials.iter().map(material).collect()),
+        directivities: ByName(directivities.collect()),
+    }
 }
 
 /// Orders and energy per path class of one source, with the gain and delay that its scene states.
-fn shares(renderer: &Renderer<'_>, rendering: &Rendering, source: &Source) -> Value {
+fn of_source(renderer: &Renderer<'_>, rendering: &Rendering, source: &Source) -> SourceRendering {
     let bands = source.power_level_db.len();
-    let classes: Vec<Value> = renderer
-        .path_classes()
-        .map(|class| {
-            let energy: Vec<&[f64]> = rendering.class_energies[class as usize].chunks(bands).collect();
-            let samples = |receiver: usize| -> Vec<Option<f64>> {
-                (0..bands).map(|band| rendering.effective_sample_size(class, receiver, band)).collect()
-            };
-            json!({
-                "class": class.notation(),
-                "estimator": renderer.owner(class),
-                "reason": renderer.reason(class, rendering.mirror_order),
-                "energy": energy,
-                "effective_sample_size": (0..energy.len()).map(samples).collect::<Vec<_>>(),
-            })
-        })
-        .collect();
-    let edges: Vec<Value> = rendering
-        .edge_work
-        .iter()
-        .map(|work| json!({ "computed": work.computed, "dropped_db": 10.0 * LOG10_E * libm::log1p(work.dropped) }))
-        .collect();
-    let mut shares = json!({
-        "mirror_order": rendering.mirror_order,
-        "image_order": rendering.image_order,
-        "sphere_radius_m": rendering.sphere_radius,
-        "edges": edges,
-        "classes": classes,
+    let class = |class: sonel_renderer::PathClass| {
+        let energy = rendering.class_energies[class as usize].chunks(bands);
+        let samples = |receiver: usize| -> Vec<Option<f64>> {
+            (0..bands).map(|band| rendering.effective_sample_size(class, receiver, band)).collect()
+        };
+        PathClass {
+            class: class.notation().to_owned(),
+            estimator: renderer.owner(class).to_owned(),
+            reason: renderer.reason(class, rendering.mirror_order),
+            effective_sample_size: (0..energy.len()).map(samples).collect(),
+            energy: energy.map(<[f64]>::to_vec).collect(),
+        }
+    };
+    let edges = rendering.edge_work.iter().map(|work| EdgeContributions {
+        computed: work.computed,
+        dropped_db: Some(10.0 * LOG10_E * libm::log1p(work.dropped)).filter(|change| change.is_finite()),
     });
-    if !source.change.is_none() {
-        shares["gain_db"] = source.change.gain_db.into();
-        shares["delay_s"] = source.change.delay.into();
+    let stated = Some(source.change).filter(|change| !change.is_none());
+    SourceRendering {
+        mirror_order: rendering.mirror_order,
+        image_order: rendering.image_order.clone(),
+        sphere_radius_m: rendering.sphere_radius.clone(),
+        edges: edges.collect(),
+        classes: renderer.path_classes().map(class).collect(),
+        gain_db: stated.map(|change| change.gain_db),
+        delay_s: stated.map(|change| change.delay),
     }
-    shares
 }
 
 /// A pattern's name; of a file also its directivity index per band and the side that is up.
-pub(super) fn directivity(directivity: &Directivity) -> Value {
+pub(super) fn directivity(directivity: &Directivity) -> provenance::Directivity {
     match directivity {
-        Directivity::Pattern(pattern) => json!(pattern.name()),
+        Directivity::Pattern(pattern) => provenance::Directivity::Pattern(pattern.name().to_owned()),
         Directivity::Measured { balloon, up } => {
             let bands = 0..balloon.shape()[2];
-            let index: Vec<f64> = bands.map(|band| energy_to_level_db(balloon.on_axis(band))).collect();
-            json!({ "file": balloon.name(), "directivity_index_db": index, "up": up.to_array() })
+            let index = bands.map(|band| energy_to_level_db(balloon.on_axis(band)));
+            provenance::Directivity::Measured {
+                file: balloon.name().to_owned(),
+                directivity_index_db: index.collect(),
+                up: up.to_array(),
+            }
         }
     }
 }

@@ -13,14 +13,15 @@ mod until;
 
 use std::sync::Arc;
 
+use crate::study::plan::Plan;
 use serde_json::{Value, json};
 use sonel_acoustics::Material;
 use sonel_analysis::what_if::{Fitness, fitness};
+use sonel_echogram::provenance::{PathClass, SourceRendering};
 use sonel_geometry::Geometry;
 use sonel_map::{Mode, SonelMap};
 use sonel_renderer::{Estimator, ReceiverPoint, RenderSettings};
 use sonel_scene::Source;
-use sonel_study::plan::Plan;
 
 use crate::error::At;
 use crate::observer::{Observer, Watch, watched};
@@ -76,7 +77,7 @@ impl Rendered {
     /// The report of docs/interface.md; `seconds` are those at its end, by the observer's clock.
     #[must_use]
     pub fn report(&self, (wall, cpu): (f64, f64)) -> Value {
-        let mut report = self.response.echograms().metadata.clone();
+        let mut report = self.response.echograms().provenance.to_json();
         let opened = self.seconds[0];
         report["timings"] =
             json!({ "open_wall_s": opened.0, "open_cpu_s": opened.1, "wall_s": wall, "cpu_s": cpu });
@@ -275,15 +276,12 @@ impl PreparedRendering<'_> {
         watched(observer, |watch| {
             let job = self.job(watch);
             let (mut run, told, is_reached) = self.run(&job)?;
-            if let Some(variant) = &self.options.variant {
-                run.response.metadata["variant"] = json!(variant);
-            }
+            run.response.provenance.variant.clone_from(&self.options.variant);
             if let Some(shard) = self.options.shard {
                 run.response.mark_as_part(shard.index, shard.count);
             }
             let comparison = plan.map(|plan| planning::compare(plan, &job, &run, self.opened));
-            let sources = run.response.metadata["sources"].as_array();
-            let classes = sources.into_iter().flatten().map(classes).collect();
+            let classes = run.response.provenance.sources.iter().map(classes).collect();
             let seconds = [run.opened, watch.seconds()];
             let header = self.map.header();
             let surroundings = Surroundings {
@@ -309,19 +307,14 @@ impl PreparedRendering<'_> {
     }
 }
 
-/// The shares of the path classes of a source, from what the metadata state of it.
-fn classes(source: &Value) -> Vec<ClassShare> {
-    let classes: &[Value] = source["classes"].as_array().map_or(&[], Vec::as_slice);
-    let energy = |class: &Value| -> f64 {
-        let rows = class["energy"].as_array().into_iter().flatten();
-        rows.filter_map(Value::as_array).flatten().filter_map(Value::as_f64).sum()
-    };
-    let total: f64 = classes.iter().map(energy).sum();
-    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
-    let share = |class: &Value| ClassShare {
-        class: text(&class["class"]),
+/// The shares of the path classes of a source.
+fn classes(source: &SourceRendering) -> Vec<ClassShare> {
+    let energy = |class: &PathClass| class.energy.iter().flatten().sum::<f64>();
+    let total: f64 = source.classes.iter().map(energy).sum();
+    let share = |class: &PathClass| ClassShare {
+        class: class.class.clone(),
         share: energy(class) / total.max(f64::MIN_POSITIVE),
-        estimator: text(&class["estimator"]),
+        estimator: class.estimator.clone(),
     };
-    classes.iter().map(share).collect()
+    source.classes.iter().map(share).collect()
 }

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
+use crate::study::target::Targets;
 use sonel_acoustics::Air as AirState;
 use sonel_map::ShardRange;
 use sonel_renderer::{Air as Attenuation, Estimator, RenderSettings};
 use sonel_scene::Scene;
-use sonel_study::target::Targets;
 
 use crate::feasible::wrong_limits;
 use crate::{Audience, Change, Error, Grid, Result};

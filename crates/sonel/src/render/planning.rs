@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
+use crate::study::evaluation_receivers::some_of;
+use crate::study::forecast::Effort;
+use crate::study::pilot::{self, PilotConfig, SHARE_OF_TIME};
+use crate::study::pipeline::Room;
+use crate::study::plan::Plan;
+use crate::study::spread::{PLANNED, readings};
 use sonel_renderer::RenderSettings;
-use sonel_study::evaluation_receivers::some_of;
-use sonel_study::forecast::Effort;
-use sonel_study::pilot::{self, PilotConfig, SHARE_OF_TIME};
-use sonel_study::pipeline::Room;
-use sonel_study::plan::Plan;
-use sonel_study::spread::{PLANNED, readings};
 
 use crate::Result;
 use crate::plan::Comparison;

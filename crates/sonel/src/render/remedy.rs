@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use crate::study::room_decay;
 use sonel_acoustics::Material;
 use sonel_geometry::Geometry;
 use sonel_map::{MapHeader, Settings, Spectral};
 use sonel_scene::{Scene, shell_word};
-use sonel_study::room_decay;
 
 /// A call of `sonel-trace` with the settings of `header`, for its variants and for its materials where they are others than the map was
 /// `drawn_with`. The map of this `label` is replaced; the scene file is not known. `geometry` is that of the scene.

@@ -2,14 +2,14 @@
 
 use std::ops::RangeInclusive;
 
+use crate::study::response::render_variants;
 use serde_json::{Value, json};
 use sonel_acoustics::Material;
 use sonel_analysis::ReceiverParameters;
 use sonel_analysis::materials::{Varied, attach};
 use sonel_echogram::Response as Echograms;
 use sonel_renderer::{Air as Attenuation, Estimator, ReceiverPoint, RenderSettings, Sensitivity};
-use sonel_scene::Scene;
-use sonel_study::response::render_variants;
+use sonel_scene::{Scene, Source};
 
 use crate::coefficients::{self, Coefficients};
 use crate::error::At;
@@ -142,7 +142,7 @@ impl Map {
         uncertainty: &[AbsorptionUncertainty],
         observer: &dyn Observer,
     ) -> Result<MaterialVariants> {
-        if response.metadata["map_digest"] != self.digest().as_str() {
+        if response.provenance.map_digest != Some(self.digest()) {
             return Err(Error::refused(format!(
                 "the response was not rendered from {}: give its map, or render the response again",
                 self.label()
@@ -220,21 +220,20 @@ impl Map {
     /// The map with the materials that `response` was rendered with.
     fn as_rendered(&self, response: &Echograms) -> Result<Design> {
         let scene = &self.sonels().header().scene;
-        let changed = &response.metadata["options"]["changed"];
-        if changed.is_null() {
+        let options = response.provenance.options.as_ref();
+        let Some(changed) = options.and_then(|options| options.changed.as_ref()) else {
             return self.unchanged();
-        }
-        if let Some(source) = scene
-            .sources
-            .iter()
-            .find(|source| changed["directivities"][&source.name] != directivity(&source.directivity))
-        {
+        };
+        let is_other = |source: &&Source| {
+            changed.directivities.get(&source.name) != Some(&directivity(&source.directivity))
+        };
+        if let Some(source) = scene.sources.iter().find(is_other) {
             return Err(Error::refused(format!(
                 "the response was rendered with another directivity of source \"{}\": trace the scene with it",
                 source.name
             )));
         }
-        let materials = coefficients::rendered_with(&scene.materials, &changed["materials"], 0.0);
+        let materials = coefficients::rendered_with(&scene.materials, &changed.materials, 0.0);
         self.design(materials, scene.sources.clone())
     }
 }
@@ -331,24 +330,21 @@ fn uncertainties(given: &[AbsorptionUncertainty], scene: &Scene) -> Result<Vec<V
 
 /// Settings that `response` was rendered with, for a map of `times` its bands.
 fn settings(response: &Echograms, times: usize) -> RenderSettings {
-    let options = &response.metadata["options"];
-    let attenuation: Vec<f64> =
-        options["air_attenuation"].as_array().into_iter().flatten().filter_map(Value::as_f64).collect();
-    let estimator = Estimator::COMPARABLE.into_iter().find(|known| options["estimator"] == known.name());
-    let standard = RenderSettings::of(estimator.unwrap_or(Estimator::Auto));
+    let Some(options) = &response.provenance.options else { return RenderSettings::default() };
+    let estimator = Estimator::COMPARABLE.into_iter().find(|known| options.estimator == known.name());
     RenderSettings {
-        rays: options["rays"].as_u64().and_then(|rays| u32::try_from(rays).ok()).filter(|rays| *rays > 0),
-        gather_radius: options["radius_m"].as_f64(),
-        seed: response.metadata["seed"].as_u64(),
-        bin: options["bin_s"].as_f64().unwrap_or(standard.bin),
-        mirror_order: options["order"].as_u64().and_then(|order| u32::try_from(order).ok()),
-        air: if attenuation.len() == response.bands() {
-            Attenuation::Attenuation(attenuation.repeat(times))
+        rays: Some(options.rays).filter(|rays| *rays > 0),
+        gather_radius: options.radius_m,
+        seed: response.provenance.seed,
+        bin: options.bin_s,
+        mirror_order: options.order,
+        air: if options.air_attenuation.len() == response.bands() {
+            Attenuation::Attenuation(options.air_attenuation.repeat(times))
         } else {
             Attenuation::OfScene
         },
         directions: response.directions.is_some(),
-        ..standard
+        ..RenderSettings::of(estimator.unwrap_or(Estimator::Auto))
     }
 }
 

@@ -2,14 +2,14 @@
 
 use std::ops::ControlFlow;
 
+use crate::study::pilot::Pilot;
+use crate::study::plan::Names;
+use crate::study::render_need::{Iteration, RenderNeed};
+use crate::study::spread::readings;
+use crate::study::target::Targets;
+use crate::study::until::{MARGIN, Verdict, WORTH_WHILE, grown};
 use serde_json::{Value, json};
 use sonel_renderer::{MOST_RAYS, RenderSettings};
-use sonel_study::pilot::Pilot;
-use sonel_study::plan::Names;
-use sonel_study::render_need::{Iteration, RenderNeed};
-use sonel_study::spread::readings;
-use sonel_study::target::Targets;
-use sonel_study::until::{MARGIN, Verdict, WORTH_WHILE, grown};
 
 use crate::Result;
 use crate::plan::{extension, overrun, reached, verdict, verdict_json};
@@ -214,7 +214,7 @@ impl RayForecast {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sonel_study::forecast::Effort;
+    use crate::study::forecast::Effort;
 
     fn known(rays: u32, lacking: Option<u64>) -> RayForecast {
         let effort = Effort { emissions: 1000, rays, batches: 32 };

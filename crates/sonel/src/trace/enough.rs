@@ -4,13 +4,13 @@
 //! the widest, with the materials of the scene or others that the map is to carry, tells how many packets are enough, at most [`Settings::default`]'s. Where that is far from the packets that were looked at,
 //! more of them are looked at first. The run continues the packets that are there, so its bytes are those of a run with as many packets.
 
+use crate::study::pipeline::{InMemory, MapStore};
+use crate::study::plan::{LEAST_PER_BATCH, Names};
+use crate::study::target::Targets;
+use crate::study::until::{MARGIN, Verdict, Worst};
 use serde_json::{Value, json};
 use sonel_map::{MapHeader, Mode, Settings, SonelMap};
 use sonel_renderer::RenderSettings;
-use sonel_study::pipeline::{InMemory, MapStore};
-use sonel_study::plan::{LEAST_PER_BATCH, Names};
-use sonel_study::target::Targets;
-use sonel_study::until::{MARGIN, Verdict, Worst};
 
 use crate::Result;
 use crate::observer::Watch;
@@ -58,7 +58,7 @@ pub(super) fn enough(
     let mut known: Option<SonelMap> = None;
     let others = header.scene.other_materials();
     let need = loop {
-        let map = trace(with(looked_at), geometry, known.as_ref(), &mut InMemory, watch)?.map;
+        let map = trace(&with(looked_at), geometry, known.as_ref(), &mut InMemory, watch)?.map;
         let look = |map: &SonelMap| -> Result<Need> {
             let (found, ..) = evaluate(planner, map, &edgeless, &targets, watch)?;
             Ok(Need::of(found, looked_at))
@@ -81,7 +81,7 @@ pub(super) fn enough(
         looked_at = next;
     };
     let emissions = need.packets.clamp(looked_at, most);
-    let traced = trace(with(emissions), geometry, known.as_ref(), store, watch)?;
+    let traced = trace(&with(emissions), geometry, known.as_ref(), store, watch)?;
     let names = Names::of(&header.scene, &planner.evaluation_receivers);
     watch.info(&need.in_words(emissions, &names));
     let told = json!({ "enough": need.json(emissions, &names) });

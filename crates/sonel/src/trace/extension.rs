@@ -4,10 +4,10 @@
 
 use std::fmt::Display;
 
+use crate::study::effects::{self, Decision};
 use sonel_geometry::Geometry;
 use sonel_map::{EffectState, MapHeader, Mode, Settings, Spectral, hexadecimal};
 use sonel_scene::Scene;
-use sonel_study::effects::{self, Decision};
 
 use crate::error::At;
 use crate::trace::{TraceOptions, VERSION};

@@ -9,17 +9,16 @@ mod until;
 
 use std::sync::{Arc, LazyLock};
 
+use crate::study::effects::{self, Decision};
+use crate::study::pilot::SHARE_OF_TIME;
+use crate::study::pipeline::{self, MapStore, Room, TracedMap};
+use crate::study::plan::Plan;
+use crate::study::room_decay;
+use crate::study::spread::PLANNED;
 use serde_json::{Value, json};
 use sonel_geometry::Geometry;
-use sonel_map::{Ledger, MapHeader, MapWriter, Mode, Settings, SonelMap};
+use sonel_map::{Ledger, MapHeader, Mode, Settings, SonelMap};
 use sonel_renderer::RenderSettings;
-use sonel_study::effects::{self, Decision};
-use sonel_study::pilot::SHARE_OF_TIME;
-use sonel_study::pipeline::{MapStore, Room};
-use sonel_study::plan::Plan;
-use sonel_study::room_decay;
-use sonel_study::spread::PLANNED;
-use sonel_tracer::{TracedChunk, Tracer};
 
 use crate::error::At;
 use crate::observer::{Observer, Severity, Watch, watched};
@@ -159,7 +158,7 @@ impl PreparedTrace<'_> {
                 planner.check_feasible(self.header.shard, self.options.memory, watch)?;
             }
             let Finished { traced, told, is_reached } = self.run(&planner, plan, store, watch)?;
-            let Run { map, ledger } = traced;
+            let TracedMap { map, ledger, .. } = traced;
             let seconds = watch.seconds();
             drop(planner);
             let map = Map::of(map, "the map".to_owned());
@@ -186,7 +185,7 @@ impl PreparedTrace<'_> {
         let Finished { traced, mut told, .. } = if enough::decides(self.options) {
             enough::enough(planner, &self.header, store, watch)?
         } else {
-            let traced = trace(self.header.clone(), &self.geometry, beginning, store, watch)?;
+            let traced = trace(&self.header, &self.geometry, beginning, store, watch)?;
             Finished { traced, told: json!({}), is_reached: None }
         };
         let seconds = watch.seconds().1 - before;
@@ -199,15 +198,9 @@ impl PreparedTrace<'_> {
     }
 }
 
-/// A map and its ledger as the tracer kept it.
-struct Run {
-    map: SonelMap,
-    ledger: Ledger,
-}
-
 /// A run and what is told of it.
 struct Finished {
-    traced: Run,
+    traced: TracedMap,
     told: Value,
     /// Whether targets were reached; none without.
     is_reached: Option<bool>,
@@ -223,32 +216,16 @@ fn warn_of_empty_batches(settings: &Settings, watch: Watch<'_>) {
     }
 }
 
-/// Traces the run of `header` into `store`, from `beginning` on.
+/// Traces the run of `header` into `store`, from `beginning` on, before the eyes of `watch`.
 fn trace(
-    header: MapHeader,
+    header: &MapHeader,
     geometry: &Geometry,
     beginning: Option<&SonelMap>,
     store: &mut impl MapStore,
     watch: Watch<'_>,
-) -> Result<Run> {
-    const STEP: &str = "tracing";
-    let shard = header.shard;
-    let tracer = Tracer::of(&header, geometry);
-    let total = tracer.packets(shard) * header.scene.sources.len() as u64;
-    let mut writer = MapWriter::begin(store.begin()?).map_err(Error::Write)?;
-    let mut done = 0;
-    let sink = |chunk: TracedChunk| {
-        done += chunk.paths.ends.len() as u64;
-        watch.progress(STEP, done as f64 / total.max(1) as f64);
-        writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.ledger)
-    };
-    let ledger = match beginning {
-        Some(beginning) => tracer.extend(beginning, sink),
-        None => tracer.run(shard, sink),
-    }?;
-    watch.progress(STEP, 1.0);
-    let written = writer.finish(&header, geometry).map_err(Error::Write)?;
-    Ok(Run { map: store.open(written)?, ledger })
+) -> Result<TracedMap> {
+    let progress = &mut |share| watch.progress("tracing", share);
+    pipeline::trace(header, geometry, beginning, store, watch.clock(), progress)
 }
 
 /// Decides everything about the run of `scene`. Says how long it is where the room decides that.

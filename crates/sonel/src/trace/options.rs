@@ -1,8 +1,8 @@
 //! Options of a trace.
 
+use crate::study::target::Targets;
 use sonel_map::{Mode, Settings, ShardRange, Spectral};
 use sonel_scene::LONGEST_DURATION;
-use sonel_study::target::Targets;
 
 use crate::feasible::wrong_limits;
 use crate::{Effects, Error, Map, Result, Variants};

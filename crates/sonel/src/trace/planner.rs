@@ -1,13 +1,13 @@
 //! Plans of a trace: a pilot predicts the packets required.
 
+use crate::study::evaluation_receivers::evaluation_receivers;
+use crate::study::pilot::{self, Pilot, PilotConfig};
+use crate::study::pipeline::Room;
+use crate::study::plan;
+use crate::study::spread::PLANNED;
 use sonel_analysis::Parameter;
 use sonel_map::{Settings, ShardRange};
 use sonel_renderer::{ReceiverPoint, RenderSettings};
-use sonel_study::evaluation_receivers::evaluation_receivers;
-use sonel_study::pilot::{self, Pilot, PilotConfig};
-use sonel_study::pipeline::Room;
-use sonel_study::plan;
-use sonel_study::spread::PLANNED;
 
 use crate::feasible::Demand;
 use crate::observer::Watch;
@@ -42,7 +42,7 @@ impl<'a> Planner<'a> {
         seconds: Option<f64>,
         watch: Watch<'_>,
     ) -> Result<Pilot> {
-        Ok(pilot::run(&self.config(parameters, seconds), watch.clock())?)
+        pilot::run(&self.config(parameters, seconds), watch.clock())
     }
 
     fn config<'b>(&'b self, parameters: &'b [Parameter], seconds: Option<f64>) -> PilotConfig<'b> {

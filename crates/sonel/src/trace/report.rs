@@ -1,8 +1,8 @@
 //! Report of a run as text and JSON.
 
+use crate::study::effects::{Bound, Decision, Skip};
 use serde_json::{Value, json};
 use sonel_map::{EffectState, Fate, MapHeader};
-use sonel_study::effects::{Bound, Decision, Skip};
 
 use crate::ledger::{balances_json, fates_json, on_in_words};
 use crate::plan::extend;
@@ -63,7 +63,7 @@ pub(super) fn effects_in_words(header: &MapHeader, decisions: &[Decision]) -> St
     if decisions.is_empty() {
         return effects(header);
     }
-    weighed(header, decisions, &sonel_study::effects::skips(&header.scene, header.settings.spectral))
+    weighed(header, decisions, &crate::study::effects::skips(&header.scene, header.settings.spectral))
 }
 
 /// A line for each effect with what leaving it out would change, band by band where it differs, and what it costs; then a line for

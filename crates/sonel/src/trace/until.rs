@@ -1,15 +1,15 @@
 //! `until`: adds packets until the targets are met.
 
+use crate::study::forecast::Effort;
+use crate::study::pilot::{Pilot, SHARE_OF_TIME};
+use crate::study::pipeline::{MapStore, Rendered, render_and_read};
+use crate::study::plan::{LEAST_PER_BATCH, Names};
+use crate::study::spread::{Reading, readings};
+use crate::study::target::Targets;
+use crate::study::until::{MARGIN, Verdict, WORTH_WHILE};
 use serde_json::json;
 use sonel_map::{MapHeader, Settings, SonelMap};
 use sonel_renderer::RenderSettings;
-use sonel_study::forecast::Effort;
-use sonel_study::pilot::{Pilot, SHARE_OF_TIME};
-use sonel_study::pipeline::{MapStore, Rendered, render_and_read};
-use sonel_study::plan::{LEAST_PER_BATCH, Names};
-use sonel_study::spread::{Reading, readings};
-use sonel_study::target::Targets;
-use sonel_study::until::{MARGIN, Verdict, WORTH_WHILE};
 
 use crate::Result;
 use crate::observer::Watch;
@@ -55,7 +55,7 @@ pub(super) fn until(
         let mut header = header.clone();
         header.settings.emissions = emissions;
         let known = previous.as_ref().or(beginning);
-        let traced = trace(header, planner.room.geometry(), known, store, watch)?;
+        let traced = trace(&header, planner.room.geometry(), known, store, watch)?;
         trace_seconds += watch.seconds().1 - cpu;
         drop(previous);
         let (found, figures, rendered) =

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use sonel_analysis::Parameter;
+use sonel::analysis::Parameter;
+use sonel::rendering::ReceiverPoint;
 use sonel_console::count::{numbers, parse_rays};
 use sonel_console::receiver::parse_receiver;
 use sonel_design::goal::Goal;
-use sonel_renderer::ReceiverPoint;
 
 use super::Format;
 
@@ -52,7 +52,7 @@ pub struct FitArguments {
 }
 
 fn parse_parameter(text: &str) -> Result<Parameter, String> {
-    sonel_study::target::parameter(text).map_err(|error| error.to_string())
+    sonel::study::target::parameter(text).map_err(|error| error.to_string())
 }
 
 fn parse_positive(text: &str) -> Result<f64, String> {

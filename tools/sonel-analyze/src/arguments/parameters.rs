@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use sonel::study::criteria::Criterion;
 use sonel_console::heard::HeardArguments;
 use sonel_console::uncertainty::UncertaintyArguments;
-use sonel_study::criteria::Criterion;
 
 use super::Format;
 

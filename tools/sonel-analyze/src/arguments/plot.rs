@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use sonel_analysis::Parameter;
+use sonel::analysis::Parameter;
 use sonel_console::heard::HeardArguments;
-use sonel_study::target;
 use sonel_view::Single;
 
 /// `plot`.
@@ -35,9 +34,9 @@ pub struct Plot {
     /// Receiver; maps show all [default: the first].
     #[arg(long, value_name = "NAME")]
     pub receiver: Option<String>,
-    /// Parameter of a map, named as by `parameters`, or level, g, edt, t20, t30, c50, c80, d50, ts, lf, lfc, lj, sti, and
-    /// with --noise u50, snr.
-    #[arg(long, value_name = "NAME", default_value = "g", value_parser = parse_drawn)]
+    /// Parameter of a map.
+    #[arg(long, value_name = "NAME", default_value = "g", value_parser = parse_drawn,
+        help = format!("Parameter of a map, named as by `parameters`, or {}; u50 and snr with --noise", drawn_names()))]
     pub parameter: Single,
     /// Band of a map or of early reflections by its nominal centre [Hz]. By default a map shows single numbers, and early
     /// reflections are summed over all bands, weighted by the power of the source.
@@ -63,23 +62,22 @@ pub enum What {
     Map,
 }
 
-/// Short names of parameters that targets of --until do not have: lateral ones, then those of speech in noise.
-const SHORT_NAMES: [&str; 5] = ["lf", "lfc", "lj", "u50", "snr"];
-
 fn parse_drawn(text: &str) -> Result<Single, String> {
     let name = text.trim().to_lowercase();
     if name == "sti" || name == "speech_transmission_index" {
         return Ok(Single::Speech);
     }
-    let supports = Parameter::SUPPORT.map(|(parameter, _)| parameter);
-    let known = [&Parameter::ALL[..], &Parameter::LATERAL, &supports, &Parameter::IN_NOISE].concat();
-    let short = Parameter::LATERAL.into_iter().chain(Parameter::IN_NOISE).zip(SHORT_NAMES);
-    let named = known.into_iter().map(|parameter| (parameter, parameter.key())).chain(short);
-    let found = named.into_iter().find(|(_, known)| *known == name).map(|(parameter, _)| parameter);
-    found.or_else(|| target::parameter(&name).ok()).map(Single::Of).ok_or_else(|| {
-        let names = target::names();
-        format!("\"{text}\" is not a parameter: write one of {names}, lf, lfc, lj, sti, u50, snr")
-    })
+    // Of a system alone, which has no plan.
+    let found = Parameter::named(&name).filter(|&parameter| parameter != Parameter::DirectToReverberant);
+    found
+        .map(Single::Of)
+        .ok_or_else(|| format!("\"{text}\" is not a parameter: write one of {}", drawn_names()))
+}
+
+/// Names of parameters, as help and messages list them.
+fn drawn_names() -> String {
+    let names = Parameter::ALL.into_iter().chain(Parameter::LATERAL).chain(Parameter::IN_NOISE);
+    names.map(Parameter::short_name).chain(["sti"]).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
@@ -94,6 +92,6 @@ mod tests {
         assert_eq!(parse_drawn("lj"), Ok(Single::Of(Parameter::LateLateralLevel)));
         assert_eq!(parse_drawn("support_late_db"), Ok(Single::Of(Parameter::SupportLate)));
         assert_eq!(parse_drawn("sti"), Ok(Single::Speech));
-        assert!(parse_drawn("rt60").unwrap_err().contains("t30"));
+        assert!(parse_drawn("drr").unwrap_err().contains("t30"));
     }
 }

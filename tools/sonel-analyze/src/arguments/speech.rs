@@ -4,7 +4,7 @@ use super::Printed;
 use std::path::PathBuf;
 
 use clap::Args;
-use sonel_analysis::speech::{noise_level_db, speech_power_level_db};
+use sonel::analysis::speech::{noise_level_db, speech_power_level_db};
 
 /// `open-plan`.
 #[derive(Debug, Clone, Args)]

@@ -5,11 +5,11 @@ use std::io::Write;
 
 use anyhow::Context;
 use serde_json::{Value, json};
-use sonel_analysis::map_comparison::{
+use sonel::analysis::map_comparison::{
     CellDifference, Kind, MapComparison, Pairing, Place, Tier, Traced, changes, compare,
 };
+use sonel::map::Difference;
 use sonel_console::Outcome;
-use sonel_map::provenance::Difference;
 
 use crate::arguments::Diff;
 use crate::open;

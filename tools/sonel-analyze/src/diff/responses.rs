@@ -8,8 +8,8 @@ use std::path::Path;
 
 use anyhow::bail;
 use serde_json::{Value, json};
-use sonel_analysis::comparison::{Comparison, Difference, Pairing, compare};
-use sonel_analysis::{ReceiverParameters, parameters};
+use sonel::analysis::comparison::{Comparison, Difference, Pairing, compare};
+use sonel::analysis::{ReceiverParameters, parameters};
 use sonel_console::Outcome;
 
 use crate::arguments::Diff;
@@ -20,7 +20,7 @@ const DIGEST_DIGITS: usize = 64;
 /// Letters of other values that are printed.
 const SHOWN: usize = 60;
 
-/// What decided a response, as its metadata name it.
+/// What decided a response, as files call it.
 const PROVENANCE: [&str; 9] = [
     "scene_digest",
     "mesh_digest",
@@ -44,7 +44,7 @@ pub(super) fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outco
         figures_a = only(figures_a, from, &arguments.a, (from, to))?;
         figures_b = only(figures_b, to, arguments.other(), (from, to))?;
     }
-    let pairing = Pairing::of(&a.metadata, &b.metadata);
+    let pairing = Pairing::of(&a.provenance, &b.provenance);
     let comparison = compare(&figures_a, &figures_b, pairing);
     if comparison.differences.is_empty() {
         bail!(
@@ -53,7 +53,8 @@ pub(super) fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outco
             arguments.other().display()
         );
     }
-    let provenance = provenance(&a.metadata, &b.metadata);
+    let stated = [&a, &b].map(|response| response.provenance.to_json());
+    let provenance = provenance(&stated[0], &stated[1]);
     let text = || to_text(&comparison, &provenance, arguments);
     arguments.printed.print(out, || to_json(&comparison, &provenance), text)?;
     Ok(if comparison.beyond_noise().next().is_some() { Outcome::Missed } else { Outcome::Done })

@@ -4,15 +4,15 @@ use std::io::Write;
 
 use anyhow::{Context, bail};
 use glam::DVec3;
+use sonel::analysis::Parameter;
+use sonel::analysis::measured::{MeasuredRow, read as read_rows};
 use sonel::names::{band, place};
-use sonel_analysis::Parameter;
-use sonel_analysis::measured::{MeasuredRow, read as read_rows};
+use sonel::rendering::ReceiverPoint;
+use sonel::scenes::CompiledScene;
+use sonel::study::response::receivers_of;
 use sonel_console::input;
 use sonel_console::quantity::counted;
 use sonel_design::fit::Measurement;
-use sonel_renderer::ReceiverPoint;
-use sonel_scene::Scene;
-use sonel_study::response::receivers_of;
 
 use crate::arguments::FitArguments;
 
@@ -31,7 +31,11 @@ pub(super) struct Measured {
 ///
 /// # Errors
 /// With every row that does not fit the map.
-pub(super) fn read(arguments: &FitArguments, scene: &Scene, log: &mut dyn Write) -> anyhow::Result<Measured> {
+pub(super) fn read(
+    arguments: &FitArguments,
+    scene: &CompiledScene,
+    log: &mut dyn Write,
+) -> anyhow::Result<Measured> {
     let label = arguments.measured.display().to_string();
     let file = input::open(&arguments.measured).with_context(|| format!("cannot read {label}"))?;
     let fail = |problems: Vec<String>| {
@@ -100,7 +104,7 @@ impl Measured {
     }
 
     /// Numbers of source, receiver and band of a row.
-    fn place(&mut self, row: &MeasuredRow, scene: &Scene) -> Result<(usize, usize, usize), String> {
+    fn place(&mut self, row: &MeasuredRow, scene: &CompiledScene) -> Result<(usize, usize, usize), String> {
         let sources: Vec<&str> = scene.sources.iter().map(|source| source.name.as_str()).collect();
         let source = match &row.source {
             None if sources.len() == 1 => 0,

@@ -3,11 +3,11 @@
 use std::io::Write;
 
 use serde_json::{Value, json};
-use sonel_acoustics::Coefficient;
-use sonel_analysis::Parameter;
+use sonel::acoustics::Coefficient;
+use sonel::analysis::Parameter;
+use sonel::scenes::CompiledScene;
 use sonel_console::table::aligned;
 use sonel_design::fit::{Fit, Fitted, Identifiability};
-use sonel_scene::Scene;
 
 use crate::arguments::Format;
 
@@ -15,7 +15,12 @@ use crate::arguments::Format;
 ///
 /// # Errors
 /// When `out` cannot be written.
-pub(super) fn print(fit: &Fit, scene: &Scene, format: Format, out: &mut dyn Write) -> anyhow::Result<()> {
+pub(super) fn print(
+    fit: &Fit,
+    scene: &CompiledScene,
+    format: Format,
+    out: &mut dyn Write,
+) -> anyhow::Result<()> {
     match format {
         Format::Table => write!(out, "{}", table(fit, scene))?,
         Format::Csv => csv(fit, scene, out)?,
@@ -29,7 +34,7 @@ fn rows(fit: &Fit) -> impl Iterator<Item = &[Fitted]> {
     fit.coefficients.chunk_by(|a, b| (a.material, a.coefficient) == (b.material, b.coefficient))
 }
 
-fn table(fit: &Fit, scene: &Scene) -> String {
+fn table(fit: &Fit, scene: &CompiledScene) -> String {
     let centers = scene.bands.nominal();
     let head = ["material", "coefficient", ""].map(str::to_owned);
     let head = head.into_iter().chain(centers.iter().map(|center| format!("{center} Hz")));
@@ -83,7 +88,7 @@ fn mean_squares(fit: &Fit, parameter: Parameter) -> Option<[f64; 4]> {
 }
 
 /// What the measurement does not tell, and what has no computed value.
-fn sentences(fit: &Fit, scene: &Scene) -> Vec<String> {
+fn sentences(fit: &Fit, scene: &CompiledScene) -> Vec<String> {
     let name = |material: usize, coefficient: Coefficient| {
         format!("{} of {}", coefficient, scene.materials[material].name)
     };
@@ -128,7 +133,7 @@ fn sentences(fit: &Fit, scene: &Scene) -> Vec<String> {
 }
 
 /// Coefficients that were asked for and cannot be fitted.
-fn left_out(fit: &Fit, scene: &Scene) -> Vec<String> {
+fn left_out(fit: &Fit, scene: &CompiledScene) -> Vec<String> {
     let mut sentences = Vec::new();
     for (index, material) in scene.materials.iter().enumerate() {
         for &coefficient in &fit.asked {
@@ -155,7 +160,7 @@ fn left_out(fit: &Fit, scene: &Scene) -> Vec<String> {
     sentences
 }
 
-fn csv(fit: &Fit, scene: &Scene, out: &mut dyn Write) -> anyhow::Result<()> {
+fn csv(fit: &Fit, scene: &CompiledScene, out: &mut dyn Write) -> anyhow::Result<()> {
     let mut writer = ::csv::Writer::from_writer(out);
     writer.write_record([
         "material",
@@ -170,7 +175,7 @@ fn csv(fit: &Fit, scene: &Scene, out: &mut dyn Write) -> anyhow::Result<()> {
     for one in &fit.coefficients {
         let numbers =
             [scene.bands.nominal()[one.band], one.start, one.value, one.interval[0], one.interval[1]];
-        let name = sonel_analysis::cell::of_name(&scene.materials[one.material].name);
+        let name = sonel::analysis::cell::of_name(&scene.materials[one.material].name);
         let names = [name.into_owned(), one.coefficient.to_string()];
         let fields = names.into_iter().chain(numbers.map(|number| number.to_string()));
         writer.write_record(fields.chain([word(&one.identifiability).to_owned()]))?;
@@ -187,7 +192,7 @@ fn word(knowledge: &Identifiability) -> &'static str {
     }
 }
 
-fn json(fit: &Fit, scene: &Scene) -> Value {
+fn json(fit: &Fit, scene: &CompiledScene) -> Value {
     let coefficient = |one: &Fitted| {
         let mut value = json!({
             "material": scene.materials[one.material].name,

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
-use sonel_geometry::{AirSector, Edge, Geometry, Side};
+use sonel::geometry::{AirSector, Edge, Geometry, Side};
 
 /// Edges in the listing; JSON has all.
 const LISTED: usize = 12;

@@ -3,12 +3,12 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
+use sonel::acoustics::CompiledMaterial;
+use sonel::analysis::survey::Deposit;
 use sonel::ledger::{balances_json, fates_json};
-use sonel_acoustics::Material;
-use sonel_analysis::survey::Deposit;
+use sonel::map::{Fate, MapHeader, hexadecimal};
+use sonel::scenes::{CompiledScene, Region};
 use sonel_console::quantity::list;
-use sonel_map::{Fate, MapHeader, hexadecimal};
-use sonel_scene::{Region, Scene};
 
 use super::edges;
 use crate::open::WalkedMap;
@@ -80,9 +80,9 @@ fn settings(header: &MapHeader) -> Value {
 }
 
 /// Other materials that the map carries.
-fn variants(scene: &Scene) -> Vec<Value> {
+fn variants(scene: &CompiledScene) -> Vec<Value> {
     let all = scene.variants.iter().flatten();
-    let variant = |variant: &Material| {
+    let variant = |variant: &CompiledMaterial| {
         json!({
             "material": variant.name,
             "absorption": variant.absorption,

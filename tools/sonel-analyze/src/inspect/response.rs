@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
+use sonel::echograms::{ArrivalKind, Echograms};
 use sonel_console::quantity::{counted, list};
-use sonel_echogram::{ArrivalKind, Response};
 
 /// The kinds of arrivals by name.
 const KINDS: [(ArrivalKind, &str); 3] = [
@@ -13,11 +13,11 @@ const KINDS: [(ArrivalKind, &str); 3] = [
     (ArrivalKind::Edge, "edge"),
 ];
 
-/// Longest value of a key of the metadata that is printed as it is, in characters.
+/// Longest value of a key of the provenance that is printed as it is, in characters.
 const LONGEST: usize = 200;
 
 /// The response as JSON.
-pub(super) fn json(response: &Response) -> Value {
+pub(super) fn json(response: &Echograms) -> Value {
     let station = |(name, position): (&String, &[f64; 3])| json!({ "name": name, "position_m": position });
     let arrivals: serde_json::Map<String, Value> = arrivals(response)
         .map(|(name, count)| (name.to_owned(), json!(count)))
@@ -38,12 +38,12 @@ pub(super) fn json(response: &Response) -> Value {
             "time_bins": response.batches.as_ref().map_or(0, |batches| batches.bins),
         },
         "arrivals": arrivals,
-        "metadata": response.metadata,
+        "metadata": response.provenance.to_json(),
     })
 }
 
 /// In words.
-pub(super) fn text(response: &Response) -> String {
+pub(super) fn text(response: &Echograms) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         // Writing to a String cannot fail.
@@ -83,25 +83,25 @@ pub(super) fn text(response: &Response) -> String {
             .map_or(String::new(), |found| format!(", {} towards ({})", found.name, list(&found.aim)));
         line("receiver", format!("{name} at ({}) m{directivity}", list(position)));
     }
-    if let Value::Object(keys) = &response.metadata {
+    if let Value::Object(keys) = response.provenance.to_json() {
         for (key, value) in keys {
             let text = value.to_string();
             match text.chars().count() {
                 count if count > LONGEST => {
-                    line(key, format!("{count} characters, which --format json prints"));
+                    line(&key, format!("{count} characters, which --format json prints"));
                 }
-                _ => line(key, text),
+                _ => line(&key, text),
             }
         }
     }
     text
 }
 
-fn duration(response: &Response) -> f64 {
+fn duration(response: &Echograms) -> f64 {
     response.time_edges_s.last().copied().unwrap_or(0.0)
 }
 
-fn arrivals(response: &Response) -> impl Iterator<Item = (&'static str, usize)> + '_ {
+fn arrivals(response: &Echograms) -> impl Iterator<Item = (&'static str, usize)> + '_ {
     KINDS.iter().map(|(kind, name)| {
         let code = *kind as u32;
         (*name, response.arrivals.kind.iter().filter(|found| **found == code).count())

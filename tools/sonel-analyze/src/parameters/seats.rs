@@ -1,9 +1,9 @@
 //! `parameters --target`: how many receivers pass, fail or are undecided.
 
 use serde_json::{Value, json};
-use sonel_analysis::{ParameterValue, ReceiverParameters};
+use sonel::analysis::{ParameterValue, ReceiverParameters};
+use sonel::study::criteria::{Criterion, Judged, Verdict, verdict};
 use sonel_console::quantity;
-use sonel_study::criteria::{Criterion, Judged, Verdict, verdict};
 
 /// A target at the receivers of a source.
 pub(super) struct Share {

@@ -4,9 +4,9 @@ use std::io::Write;
 
 use anyhow::bail;
 use serde_json::{Value, json};
-use sonel_analysis::ReceiverParameters;
-use sonel_analysis::comparison::Pairing;
-use sonel_analysis::report::{self, Column};
+use sonel::analysis::ReceiverParameters;
+use sonel::analysis::comparison::Pairing;
+use sonel::analysis::report::{self, Column};
 
 use super::{Read, json_of, seats};
 use crate::arguments::{Format, Parameters};
@@ -21,7 +21,10 @@ pub(super) fn print(arguments: &Parameters, responses: &[Read], out: &mut dyn Wr
         .map(|Read { subject, .. }| Column {
             name: subject.name.clone(),
             parameters: subject.parameters.clone(),
-            pairing: Pairing::of(&responses[0].subject.echograms().metadata, &subject.echograms().metadata),
+            pairing: Pairing::of(
+                &responses[0].subject.echograms().provenance,
+                &subject.echograms().provenance,
+            ),
         })
         .collect();
     let is_measured: Vec<bool> =
@@ -83,8 +86,8 @@ fn name_measurements(columns: &mut [Column], is_measured: &[bool]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sonel_analysis::comparison::Pairing;
-    use sonel_analysis::{ParameterValue, Unsupported};
+    use sonel::analysis::comparison::Pairing;
+    use sonel::analysis::{ParameterValue, Unsupported};
 
     fn column(pairs: &[(&str, &str)]) -> Column {
         let none: ParameterValue = Err(Unsupported::NoEnergy);

@@ -4,11 +4,11 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::bail;
-use sonel_analysis::receiver::parameters_of;
-use sonel_analysis::{ParameterValue, ReceiverParameters};
+use sonel::analysis::receiver::parameters_of;
+use sonel::analysis::{ParameterValue, ReceiverParameters};
+use sonel::drawing::plot::{Axis, Place, Plan, Plans};
+use sonel::scenes::CompiledScene;
 use sonel_console::quantity::counted;
-use sonel_drawing::plot::{Axis, Place, Plan, Plans};
-use sonel_scene::Scene;
 use sonel_view::Single;
 
 use super::Subject;
@@ -36,7 +36,7 @@ pub(super) fn of(
 
 fn plan(
     subject: &Subject,
-    scene: Option<&Scene>,
+    scene: Option<&CompiledScene>,
     arguments: &Plot,
     log: &mut dyn Write,
 ) -> anyhow::Result<Plan> {

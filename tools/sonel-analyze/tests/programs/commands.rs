@@ -1,7 +1,7 @@
 //! `verify`, `inspect` and `parameters` from outside: ledgers, listings, formats, and files that are none.
 
 use serde_json::Value;
-use sonel_echogram::{Arrivals, Response};
+use sonel_echogram::{Arrivals, Provenance, Response};
 use sonel_testkit::test_folder::TestFolder;
 
 use crate::{analyze, trace};
@@ -62,7 +62,11 @@ pub(crate) fn render(folder: &TestFolder) {
         missing: None,
         arrivals: Arrivals::default(),
         directions: None,
-        metadata: serde_json::json!({ "scene": "test room", "map_tool_version": "0.1.0" }),
+        provenance: Provenance {
+            scene: Some("test room".to_owned()),
+            map_tool_version: Some("0.1.0".to_owned()),
+            ..Provenance::default()
+        },
     };
     response
         .write(std::fs::File::create(folder.path(RESPONSE)).expect("a folder for tests"))

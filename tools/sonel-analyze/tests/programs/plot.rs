@@ -43,8 +43,8 @@ fn grid() -> TestFolder {
     let map = SonelMap::open(&File::open(folder.path(MAP)).expect("a map")).expect("a map");
     let scene = &map.header().scene;
     change(&folder, |response| {
-        response.metadata["scene_digest"] = hexadecimal(&scene.digest).into();
-        response.metadata["mesh_digest"] = hexadecimal(&scene.mesh_digest).into();
+        response.provenance.scene_digest = Some(hexadecimal(&scene.digest));
+        response.provenance.mesh_digest = Some(hexadecimal(&scene.mesh_digest));
     });
     folder
 }

@@ -40,7 +40,7 @@ pub(super) fn edited(text: &str, sources: &[[f64; 3]], changes: &Changes) -> any
 ///
 /// # Errors
 /// Never, but for changes that the page cannot make.
-pub(super) fn materials(scene: &sonel_scene::Scene, changes: &Changes) -> anyhow::Result<String> {
+pub(super) fn materials(scene: &sonel::scenes::CompiledScene, changes: &Changes) -> anyhow::Result<String> {
     let mut all = Table::new();
     all.set_implicit(true);
     for name in changes.keys() {

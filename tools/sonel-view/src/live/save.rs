@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
-use sonel_scene::Scene;
+use sonel::scenes::CompiledScene;
 
 use super::edit;
 use super::session::Session;
@@ -20,7 +20,7 @@ impl Session {
     ///
     /// # Errors
     /// When they cannot be written.
-    pub(super) fn saved(&self, traced: &Scene, wish: &Save) -> anyhow::Result<Value> {
+    pub(super) fn saved(&self, traced: &CompiledScene, wish: &Save) -> anyhow::Result<Value> {
         let given = self.scene.as_ref().or(self.map_file.as_ref()).context("nothing to save")?;
         let (mut files, mut commands) = (Vec::new(), Vec::new());
         let (mut stem, mut map) = (given.with_extension(""), given.clone());

@@ -8,15 +8,15 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
 use serde_json::{Value, json};
+use sonel::analysis::average::single_number;
+use sonel::analysis::{Parameter, ParameterValue, ReceiverParameters};
+use sonel::scenes::library;
 use sonel::{
     Axis, Change, Channels, Grid, Head, Map, Observer, ReceiverPoint, RenderOptions, Rendered, Response,
     Scene, Severity, Silent, SoundOptions, TraceOptions,
 };
-use sonel_analysis::average::single_number;
-use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_console::heard::HeardArguments;
 use sonel_console::spelled;
-use sonel_scene::library;
 
 use super::answer::{Answer, Refusal};
 use super::edit;

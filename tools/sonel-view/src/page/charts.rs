@@ -1,7 +1,7 @@
 //! Panels as charts of plotly.js.
 
 use serde_json::{Value, json};
-use sonel_drawing::plot::{Axis, Mark, Panel, Scale, Series};
+use sonel::drawing::plot::{Axis, Mark, Panel, Scale, Series};
 
 use super::document::{color, escaped};
 
@@ -70,7 +70,7 @@ pub(super) fn rounded(value: f64) -> Value {
     json!((value * 1e4).round() / 1e4)
 }
 
-fn column(series: &Series, of: impl Fn(&sonel_drawing::plot::Point) -> f64) -> Vec<Value> {
+fn column(series: &Series, of: impl Fn(&sonel::drawing::plot::Point) -> f64) -> Vec<Value> {
     series.points.iter().map(|point| rounded(of(point))).collect()
 }
 
@@ -155,7 +155,7 @@ fn band(series: &Series, color: &str, floor: f64) -> [Value; 2] {
 
 #[cfg(test)]
 mod tests {
-    use sonel_drawing::plot::Point;
+    use sonel::drawing::plot::Point;
 
     use super::*;
 

@@ -1,13 +1,14 @@
 //! What a client reads: project, room, statistical times beside simulated ones, targets, differences between variants, limits.
 
-use serde_json::{Value, json};
-use sonel_acoustics::{eyring_time, mean_free_path, sabine_time};
-use sonel_analysis::average::average;
-use sonel_analysis::comparison::{Pairing, Significance, difference};
-use sonel_analysis::seats::spread;
-use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
+use serde_json::json;
+use sonel::acoustics::{eyring_time, mean_free_path, sabine_time};
+use sonel::analysis::average::average;
+use sonel::analysis::comparison::{Pairing, Significance, difference};
+use sonel::analysis::seats::spread;
+use sonel::analysis::{Parameter, ParameterValue, ReceiverParameters};
+use sonel::echograms::provenance::SystemSource;
+use sonel::study::criteria::{Verdict, verdict};
 use sonel_console::quantity;
-use sonel_study::criteria::{Verdict, verdict};
 
 use super::document::{Document, color, escaped};
 use super::materials::{Materials, materials};
@@ -54,8 +55,7 @@ pub(super) fn room(page: &mut Document, subjects: &[Subject], map: Option<Traced
         .collect();
     page.table("", &["", "name", "x [m]", "y [m]", "z [m]"].map(str::to_owned), &rows);
     for subject in subjects {
-        let parts: Vec<String> =
-            subject.echograms().metadata["together"].as_array().into_iter().flatten().map(part).collect();
+        let parts: Vec<String> = subject.echograms().provenance.together.iter().map(part).collect();
         if !parts.is_empty() {
             page.text(&format!("{}: sources as one system, {}.", subject.name, parts.join("; ")));
         }
@@ -63,14 +63,8 @@ pub(super) fn room(page: &mut Document, subjects: &[Subject], map: Option<Traced
 }
 
 /// A source of a system with its gain and delay.
-fn part(source: &Value) -> String {
-    let number = |key: &str| source[key].as_f64().unwrap_or(0.0);
-    let name = source["source"].as_str().unwrap_or_default();
-    format!(
-        "{name} with a gain of {} dB and a delay of {:.1} ms",
-        number("gain_db"),
-        1000.0 * number("delay_s")
-    )
+fn part(SystemSource { source, gain_db, delay_s }: &SystemSource) -> String {
+    format!("{source} with a gain of {gain_db} dB and a delay of {:.1} ms", 1000.0 * delay_s)
 }
 
 fn surface(map: Traced<'_>) -> f64 {
@@ -196,7 +190,7 @@ pub(super) fn differences(page: &mut Document, subjects: &[Subject]) {
     let shown = Single::of(subjects);
     let (mut rows, mut means) = (Vec::new(), Vec::new());
     for other in others {
-        let pairing = Pairing::of(&first.echograms().metadata, &other.echograms().metadata);
+        let pairing = Pairing::of(&first.echograms().provenance, &other.echograms().provenance);
         // Receivers of both.
         let pairs: Vec<[&ReceiverParameters; 2]> = other
             .parameters
@@ -323,7 +317,7 @@ mod tests {
 
     #[test]
     fn a_part_of_a_system_has_its_gain_and_delay() {
-        let text = part(&json!({ "source": "rear", "gain_db": -3.5, "delay_s": 0.025 }));
+        let text = part(&SystemSource { source: "rear".to_owned(), gain_db: -3.5, delay_s: 0.025 });
         assert_eq!(text, "rear with a gain of -3.5 dB and a delay of 25.0 ms");
     }
 }

@@ -18,15 +18,15 @@ mod words;
 use anyhow::Context;
 use serde_json::{Value, json};
 use sonel::MaterialVariants;
-use sonel_analysis::ReceiverParameters;
-use sonel_analysis::receiver::parameters_of;
+use sonel::analysis::ReceiverParameters;
+use sonel::analysis::receiver::parameters_of;
+use sonel::echograms::Echograms;
+use sonel::geometry::Geometry;
+use sonel::map::{SonelMap, hexadecimal};
 use sonel_console::follower::Follower;
 use sonel_console::heard::HeardArguments;
 use sonel_console::spelled;
 use sonel_console::uncertainty::UncertaintyArguments;
-use sonel_echogram::Response;
-use sonel_geometry::Geometry;
-use sonel_map::{SonelMap, hexadecimal};
 
 use crate::HeadArguments;
 use document::Document;
@@ -94,13 +94,13 @@ impl Subject {
     }
 
     /// Echograms of the response.
-    pub fn echograms(&self) -> &Response {
+    pub fn echograms(&self) -> &Echograms {
         self.response.echograms()
     }
 
     /// Volume of a closed room [m³].
     fn volume(&self) -> Option<f64> {
-        self.echograms().metadata["volume_m3"].as_f64()
+        self.echograms().provenance.volume_m3
     }
 
     /// Source and receiver of a pair.
@@ -121,8 +121,8 @@ pub(crate) struct Traced<'a> {
 
 impl Traced<'_> {
     /// Whether `response` was rendered from it.
-    fn holds(self, response: &Response) -> bool {
-        response.metadata["map_digest"] == hexadecimal(&self.map.digest())
+    fn holds(self, response: &Echograms) -> bool {
+        response.provenance.map_digest == Some(hexadecimal(&self.map.digest()))
     }
 }
 
@@ -133,7 +133,7 @@ pub(crate) fn of_responses(
     head: &HeadArguments,
     token: Option<&str>,
 ) -> String {
-    let scene = subjects[0].echograms().metadata["scene"].as_str();
+    let scene = subjects[0].echograms().provenance.scene.as_deref();
     let name = head.project.as_deref().or(scene).unwrap_or("Room acoustics");
     let room = map.map_or_else(
         || room::of_response(subjects[0].echograms()),

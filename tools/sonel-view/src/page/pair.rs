@@ -1,12 +1,12 @@
 //! A source at a receiver as the page shows it: parameters with intervals, charts, and the ways of early reflections.
 
 use serde_json::{Value, json};
-use sonel_acoustics::just_noticeable::SPEECH_TRANSMISSION_INDEX;
-use sonel_analysis::average::single_number;
-use sonel_analysis::{ParameterValue, ReceiverParameters};
-use sonel_drawing::plot::{self, Axis, Panel};
-use sonel_echogram::Response;
-use sonel_geometry::Geometry;
+use sonel::acoustics::just_noticeable::SPEECH_TRANSMISSION_INDEX;
+use sonel::analysis::average::single_number;
+use sonel::analysis::{ParameterValue, ReceiverParameters};
+use sonel::drawing::plot::{self, Axis, Panel};
+use sonel::echograms::Echograms;
+use sonel::geometry::Geometry;
 
 use super::single::half_width;
 use super::{charts, reflections};
@@ -14,7 +14,7 @@ use super::{charts, reflections};
 /// Source `s` at receiver `r` of a response with these parameters. Ways are followed between the walls `geometry`, where they are those that
 /// the response was rendered with.
 pub(crate) fn json(
-    response: &Response,
+    response: &Echograms,
     parameters: &ReceiverParameters,
     (s, r): (usize, usize),
     geometry: Option<&Geometry>,

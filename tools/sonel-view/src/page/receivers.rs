@@ -1,10 +1,10 @@
 //! What every receiver has: tables over the bands, and maps where receivers lie close.
 
-use sonel_analysis::average::single_number;
-use sonel_analysis::comparison::Pairing;
-use sonel_analysis::report::{Column, beside_blocks};
-use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
-use sonel_drawing::plot::{self, Axis, Place, Plan, Plans, Sheet};
+use sonel::analysis::average::single_number;
+use sonel::analysis::comparison::Pairing;
+use sonel::analysis::report::{Column, beside_blocks};
+use sonel::analysis::{Parameter, ParameterValue, ReceiverParameters};
+use sonel::drawing::plot::{self, Axis, Place, Plan, Plans, Sheet};
 
 use super::document::Document;
 use super::single::{Single, cell};
@@ -25,7 +25,7 @@ pub(super) fn tables(page: &mut Document, subjects: &[Subject]) {
         .map(|subject| Column {
             name: subject.name.clone(),
             parameters: subject.parameters.clone(),
-            pairing: Pairing::of(&subjects[0].echograms().metadata, &subject.echograms().metadata),
+            pairing: Pairing::of(&subjects[0].echograms().provenance, &subject.echograms().provenance),
         })
         .collect();
     let mut left_out = 0;

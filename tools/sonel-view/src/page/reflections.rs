@@ -6,9 +6,9 @@
 
 use glam::DVec3;
 use serde_json::{Value, json};
-use sonel_drawing::plot::{self, Arrival};
-use sonel_echogram::Response;
-use sonel_geometry::{Departure, Geometry};
+use sonel::drawing::plot::{self, Arrival};
+use sonel::echograms::Echograms;
+use sonel::geometry::{Departure, Geometry};
 
 use super::charts::rounded;
 
@@ -21,7 +21,7 @@ fn centimetres(value: f64) -> f64 {
 }
 
 /// Ways of the early reflections of source and receiver: corners between them, the nearest to the receiver first.
-pub(super) fn json(response: &Response, walls: &Geometry, pair: (usize, usize)) -> Vec<Value> {
+pub(super) fn json(response: &Echograms, walls: &Geometry, pair: (usize, usize)) -> Vec<Value> {
     let arrivals = plot::arrivals(response, pair, None);
     let last = plot::shown_ms(&arrivals);
     let way = |arrival: &Arrival| {
@@ -36,7 +36,7 @@ pub(super) fn json(response: &Response, walls: &Geometry, pair: (usize, usize)) 
 }
 
 fn corners(
-    response: &Response,
+    response: &Echograms,
     geometry: &Geometry,
     (s, r): (usize, usize),
     arrival: &Arrival,
@@ -86,7 +86,7 @@ fn mirrored(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sonel_geometry::Mesh;
+    use sonel::geometry::Mesh;
 
     #[test]
     fn a_reflection_is_followed_to_its_source_and_a_wrong_one_is_not_drawn() {

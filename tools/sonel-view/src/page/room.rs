@@ -4,14 +4,14 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 use serde_json::{Value, json};
-use sonel_acoustics::Directivity;
-use sonel_echogram::Response;
-use sonel_geometry::Geometry;
-use sonel_scene::Scene;
-use sonel_scene::checkup::Checkup;
+use sonel::acoustics::Directivity;
+use sonel::echograms::Echograms;
+use sonel::geometry::Geometry;
+use sonel::scenes::CompiledScene;
+use sonel::scenes::checkup::Checkup;
 
 /// Walls, materials, sources, receivers, and what a checkup found.
-pub(crate) fn json(scene: &Scene, walls: &Geometry, checkup: Option<&Checkup>) -> Value {
+pub(crate) fn json(scene: &CompiledScene, walls: &Geometry, checkup: Option<&Checkup>) -> Value {
     // A screen shows millimetres of a room that may lie kilometres from the origin.
     let origin = scene.mesh.vertices.first().copied().unwrap_or_default();
     let vertices: Vec<u8> = scene
@@ -48,20 +48,16 @@ pub(crate) fn json(scene: &Scene, walls: &Geometry, checkup: Option<&Checkup>) -
 }
 
 /// Sources and receivers alone, where the map is not at hand.
-pub(crate) fn of_response(response: &Response) -> Value {
+pub(crate) fn of_response(response: &Echograms) -> Value {
     let points = |names: &[String], positions: &[[f64; 3]]| -> Vec<Value> {
         names.iter().zip(positions).map(|(name, at)| point(name, DVec3::from_array(*at))).collect()
     };
-    let stated = &response.metadata["up"];
-    let is_stated =
-        stated.as_array().is_some_and(|axes| axes.len() == 3 && axes.iter().all(Value::is_number));
-    let up = if is_stated { stated.clone() } else { json!([0.0, 0.0, 1.0]) };
     json!({
-        "up": up, "origin": response.receiver_positions[0], "vertices": "",
+        "up": response.provenance.up.unwrap_or([0.0, 0.0, 1.0]), "origin": response.receiver_positions[0], "vertices": "",
         "bands": response.center_frequency_hz, "materials": [],
         "sources": points(&response.source_names, &response.source_positions),
         "receivers": points(&response.receiver_names, &response.receiver_positions),
-        "volume": response.metadata["volume_m3"], "faults": [],
+        "volume": response.provenance.volume_m3, "faults": [],
     })
 }
 
@@ -77,7 +73,7 @@ fn point(name: &str, position: DVec3) -> Value {
 }
 
 /// Area of every material [m²], one side of each face.
-fn areas(scene: &Scene) -> Vec<f64> {
+fn areas(scene: &CompiledScene) -> Vec<f64> {
     let mut areas = vec![0.0; scene.materials.len()];
     for (index, triangle) in scene.mesh.triangles.iter().enumerate() {
         let [a, b, c] = scene.mesh.corners(index as u32);

@@ -1,10 +1,10 @@
 //! Tables and charts of responses, and what the map tells of its trace.
 
 use serde_json::{Value, json};
+use sonel::analysis::modal::ModalBands;
+use sonel::analysis::{ReceiverParameters, report};
+use sonel::drawing::plot;
 use sonel::ledger::{balances_json, fates_json, on_in_words};
-use sonel_analysis::modal::ModalBands;
-use sonel_analysis::{ReceiverParameters, report};
-use sonel_drawing::plot;
 
 use super::charts::{self, layout, rounded};
 use super::document::{Document, color, escaped};
@@ -94,7 +94,7 @@ pub(super) fn remarks(page: &mut Document, subjects: &[Subject], map: Option<Tra
         let bands = subject.volume().and_then(|volume| ModalBands::of(&subject.parameters, volume));
         remarks.extend(bands.map(|bands| format!("{}: {bands}.", subject.name)));
     }
-    if subjects.iter().any(|subject| subject.echograms().metadata["volume_m3"].is_null()) {
+    if subjects.iter().any(|subject| subject.volume().is_none()) {
         remarks.push("The simulation computes energies. It is not valid below the Schroeder frequency of a room, where single modes dominate.".to_owned());
     }
     page.list(&remarks);
@@ -243,7 +243,8 @@ pub(super) fn ledger(page: &mut Document, map: Traced<'_>) {
 pub(super) fn provenance(page: &mut Document, subjects: &[Subject]) {
     page.section("Provenance");
     for subject in subjects {
-        let keys = subject.echograms().metadata.as_object().into_iter().flatten();
+        let stated = subject.echograms().provenance.to_json();
+        let keys = stated.as_object().into_iter().flatten();
         let plain = keys.filter(|(key, _)| key.as_str() != "sources");
         let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
         let mut rows = vec![vec!["response".to_owned(), subject.name.clone()]];

@@ -1,10 +1,10 @@
 //! Single numbers of the page: those of parameters, and the speech transmission index.
 
-use sonel_acoustics::just_noticeable as noticeable;
-use sonel_analysis::average::single_number;
-use sonel_analysis::estimate::{Estimate, NoInterval};
-use sonel_analysis::seats::{Spread, spread};
-use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters, report};
+use sonel::acoustics::just_noticeable as noticeable;
+use sonel::analysis::average::single_number;
+use sonel::analysis::estimate::{Estimate, NoInterval};
+use sonel::analysis::seats::{Spread, spread};
+use sonel::analysis::{Parameter, ParameterValue, ReceiverParameters, report};
 
 use super::Subject;
 
@@ -118,7 +118,7 @@ pub(crate) fn cell(estimate: &ParameterValue, factor: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use sonel_analysis::Unsupported;
+    use sonel::analysis::Unsupported;
 
     use super::*;
 

@@ -1,7 +1,7 @@
 //! How uncertain the materials are, and what each of them makes of the reverberation time.
 
-use sonel_analysis::average::{average, single_number};
-use sonel_analysis::{Parameter, ParameterValue};
+use sonel::analysis::average::{average, single_number};
+use sonel::analysis::{Parameter, ParameterValue};
 
 use super::Subject;
 use super::document::Document;

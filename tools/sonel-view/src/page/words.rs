@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use sonel_analysis::{ReceiverParameters, Unsupported};
+use sonel::analysis::{ReceiverParameters, Unsupported};
 
 /// A sentence for each kind of missing or doubtful parameter, with how many there are.
 pub(super) fn remarks<'a>(parameters: impl Iterator<Item = &'a ReceiverParameters>) -> Vec<String> {

@@ -7,7 +7,7 @@ use crate::tradeoff::report::Findings;
 use crate::tradeoff::runs::{Cell, Reference, RunSeconds};
 use crate::tradeoff::sweep::{Setting, Sweep};
 use crate::tradeoff::verdict::recommendation;
-use sonel_study::pipeline::{RenderSeconds, TraceSeconds};
+use sonel::study::pipeline::{RenderSeconds, TraceSeconds};
 
 /// CPU seconds a sonel.
 const SECONDS: f64 = 1e-4;

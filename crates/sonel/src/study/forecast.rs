@@ -6,10 +6,10 @@
 
 use sonel_renderer::RenderSettings;
 
-use crate::kurtosis;
-use crate::pilot::{Costs, Linear, Pilot, Spread};
-use crate::split::Variance;
-use crate::spread::{HalfWidth, student_factor};
+use crate::study::kurtosis;
+use crate::study::pilot::{Costs, Linear, Pilot, Spread};
+use crate::study::split::Variance;
+use crate::study::spread::{HalfWidth, student_factor};
 
 /// A run as it is planned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -10,7 +10,7 @@ use std::str::FromStr;
 use sonel_analysis::Parameter;
 use thiserror::Error;
 
-use crate::spread::{PLANNED, Place};
+use crate::study::spread::{PLANNED, Place};
 
 /// Several limits, all to be kept.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,23 +62,10 @@ pub enum TargetError {
     Twice(&'static str),
 }
 
-/// Parameters as they are written, with an example of a limit.
-const NAMES: [(Parameter, &str, &str); Parameter::ALL.len()] = [
-    (Parameter::Level, "level", "0.1dB"),
-    (Parameter::Strength, "g", "0.1dB"),
-    (Parameter::EarlyDecayTime, "edt", "1%"),
-    (Parameter::T20, "t20", "1%"),
-    (Parameter::T30, "t30", "1%"),
-    (Parameter::ClarityC50, "c50", "0.2dB"),
-    (Parameter::ClarityC80, "c80", "0.2dB"),
-    (Parameter::DefinitionD50, "d50", "1%"),
-    (Parameter::CenterTime, "ts", "2ms"),
-];
-
 /// All names, as help and messages list them.
 #[must_use]
 pub fn names() -> String {
-    NAMES.map(|(_, name, _)| name).join(", ")
+    Parameter::ALL.map(Parameter::short_name).join(", ")
 }
 
 /// The parameter that is written `name`.
@@ -86,12 +73,9 @@ pub fn names() -> String {
 /// # Errors
 /// [`TargetError::ParameterValue`].
 pub fn parameter(name: &str) -> Result<Parameter, TargetError> {
-    named(name).map(|(parameter, ..)| parameter)
-}
-
-fn named(name: &str) -> Result<(Parameter, &'static str, &'static str), TargetError> {
     let name = name.trim().to_lowercase();
-    NAMES.into_iter().find(|(_, known, _)| *known == name).ok_or(TargetError::ParameterValue(name))
+    let found = Parameter::ALL.into_iter().find(|parameter| parameter.short_name() == name);
+    found.ok_or(TargetError::ParameterValue(name))
 }
 
 impl Targets {
@@ -145,7 +129,8 @@ impl FromStr for Targets {
         let mut limits: Vec<(Parameter, Limit)> = Vec::new();
         for word in text.split(',').map(str::trim) {
             let (name, limit) = word.split_once('<').ok_or_else(|| TargetError::Form(word.to_owned()))?;
-            let (parameter, estimate, example) = named(name)?;
+            let parameter = parameter(name)?;
+            let estimate = parameter.short_name();
             if limits.iter().any(|(known, _)| *known == parameter) {
                 return Err(TargetError::Twice(estimate));
             }
@@ -153,6 +138,7 @@ impl FromStr for Targets {
             let number = number.filter(|number| *number > 0.0);
             let number = number.ok_or_else(|| TargetError::Number(word.to_owned()))?;
             let limit = in_unit(parameter, number, unit);
+            let example = parameter.example_of_limit();
             let unknown = || TargetError::Unit { estimate, unit: unit.to_owned(), example };
             limits.push((parameter, limit.ok_or_else(unknown)?));
         }
@@ -187,9 +173,8 @@ pub fn in_unit(parameter: Parameter, number: f64, unit: &str) -> Option<Limit> {
 impl fmt::Display for Targets {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, parameter) in self.parameters().into_iter().enumerate() {
-            let name = NAMES.iter().find(|(known, ..)| *known == parameter).map_or("", |(_, name, _)| name);
             let Some((limit, unit)) = self.written(parameter) else { continue };
-            write!(f, "{}{name} < {limit} {unit}", if index > 0 { ", " } else { "" })?;
+            write!(f, "{}{} < {limit} {unit}", if index > 0 { ", " } else { "" }, parameter.short_name())?;
         }
         Ok(())
     }

@@ -15,9 +15,10 @@ use sonel_map::Settings;
 use sonel_renderer::{RenderSettings, Renderer};
 use sonel_scene::{LONGEST_DEFAULT_DURATION, Scene};
 
-use crate::evaluation_receivers::evaluation_receivers;
-use crate::pipeline::{InMemory, NoClock, PipelineError, trace};
-use crate::response;
+use crate::Result;
+use crate::study::evaluation_receivers::evaluation_receivers;
+use crate::study::pipeline::{InMemory, NoClock, trace, whole_run};
+use crate::study::response;
 
 /// Packets of each source: a level of −50 dB is certain to a few decibels.
 const PACKETS: u64 = 2048;
@@ -40,14 +41,21 @@ impl RoomDecay {
     ///
     /// # Errors
     /// When the room leaks, or a source or receiver is in no allowed place.
-    pub fn of(scene: &Scene, geometry: &Geometry) -> Result<Option<Self>, PipelineError> {
+    pub fn of(scene: &Scene, geometry: &Geometry) -> Result<Option<Self>> {
         let Some(sabine) = scene.largest_sabine_time(geometry) else { return Ok(None) };
         let gradient = scene.sound_speed_gradient.abs();
         let turning = if gradient > 0.0 { LARGEST_TURN / gradient } else { f64::INFINITY };
         let longest = (MOST_SABINE_TIMES * sabine).min(LONGEST_DEFAULT_DURATION).min(turning);
         let scene = scene.clone().with_duration(longest);
         let settings = Settings { emissions: PACKETS, ..Settings::default() };
-        let traced = trace(&scene, geometry, Vec::new(), settings, &mut InMemory, &NoClock)?;
+        let traced = trace(
+            &whole_run(&scene, Vec::new(), settings),
+            geometry,
+            None,
+            &mut InMemory,
+            &NoClock,
+            &mut |_| {},
+        )?;
         // Few images: spheres take what they leave. With a gradient there are none. Edges do not change how a room decays.
         let mirror_order = (gradient <= 0.0).then_some(1);
         let settings =
@@ -117,7 +125,7 @@ fn slowest(scene: &Scene) -> Scene {
 ///
 /// # Errors
 /// The errors of [`RoomDecay::of`].
-pub fn lengthen(scene: &mut Scene, geometry: &Geometry) -> Result<Option<String>, PipelineError> {
+pub fn lengthen(scene: &mut Scene, geometry: &Geometry) -> Result<Option<String>> {
     if !scene.has_default_duration {
         return Ok(None);
     }

@@ -8,7 +8,7 @@ use sonel_geometry::Geometry;
 use sonel_renderer::ReceiverPoint;
 use sonel_scene::Scene;
 
-use crate::response::receivers_of;
+use crate::study::response::receivers_of;
 
 /// Points of the grid along an axis. Chosen, not measured: an odd number, whose middle is mid-room.
 const STEPS: u32 = 9;

@@ -99,7 +99,7 @@ pub fn render_variants(
     rendered
 }
 
-/// The response of `renderings`, which [`render()`] made; its metadata are empty.
+/// The response of `renderings`, which [`render()`] made; its provenance is empty.
 #[must_use]
 pub fn assemble(
     map: &SonelMap,
@@ -133,7 +133,7 @@ pub fn assemble(
         directions: directions(map, renderer, receivers, renderings),
         missing: Some(missing(renderer, renderings)),
         arrivals: arrivals(renderer, renderings),
-        metadata: Default::default(),
+        provenance: Default::default(),
     }
 }
 

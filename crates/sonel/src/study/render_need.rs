@@ -1,16 +1,16 @@
 //! Visibility rays required for a rendering, and packets required where more rays do not help.
 //!
-//! The packets of a map are given, and so is their part of the variance; rays shrink theirs (see [`crate::forecast`]). Where no rays are cast,
+//! The packets of a map are given, and so is their part of the variance; rays shrink theirs (see [`crate::study::forecast`]). Where no rays are cast,
 //! only packets help.
 
 use sonel_analysis::{Parameter, ReceiverParameters};
 use sonel_renderer::{Columns, MOST_RAYS};
 
-use crate::forecast::{Effort, least_within, two_digits_up};
-use crate::pilot::{Costs, Pilot, Spread, spreads};
-use crate::split::RenderedTwice;
-use crate::spread::{Place, readings};
-use crate::target::Targets;
+use crate::study::forecast::{Effort, least_within, two_digits_up};
+use crate::study::pilot::{Costs, Pilot, Spread, spreads};
+use crate::study::split::RenderedTwice;
+use crate::study::spread::{Place, readings};
+use crate::study::target::Targets;
 
 /// Rays of a receiver in a batch at least: fewer leave the strata of their directions empty.
 const LEAST_PER_BATCH: u32 = 16;
@@ -108,8 +108,8 @@ impl Pilot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::tests::pilot;
-    use crate::spread::student_factor;
+    use crate::study::plan::tests::pilot;
+    use crate::study::spread::student_factor;
 
     const MAP: Effort = Effort { emissions: 10_000, rays: 2500, batches: 32 };
 

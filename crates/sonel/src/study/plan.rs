@@ -6,12 +6,12 @@ use sonel_renderer::{BATCHES_IN_FLIGHT, Columns, RAYS_IN_FLIGHT, RECEIVERS_IN_FL
 use sonel_scene::Scene;
 use sonel_tracer::CHUNKS_IN_FLIGHT;
 
-use crate::forecast::{Effort, Price, least_within, two_digits_up};
-use crate::pilot::{Pilot, Spread};
-use crate::render_need::RenderNeed;
-use crate::response::PART;
-use crate::spread::{PLANNED, Place};
-use crate::target::Targets;
+use crate::study::forecast::{Effort, Price, least_within, two_digits_up};
+use crate::study::pilot::{Pilot, Spread};
+use crate::study::render_need::RenderNeed;
+use crate::study::response::PART;
+use crate::study::spread::{PLANNED, Place};
+use crate::study::target::Targets;
 
 /// Accuracies of a plan's rows [JND]: from what is just heard to the 0.05 of comparisons between variants.
 pub const STEPS: [f64; 5] = [1.0, 0.5, 0.2, 0.1, 0.05];
@@ -284,9 +284,9 @@ impl Pilot {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::pilot::Costs;
-    use crate::split::Variance;
-    use crate::spread::student_factor;
+    use crate::study::pilot::Costs;
+    use crate::study::split::Variance;
+    use crate::study::spread::student_factor;
 
     /// A pilot of 10 000 emissions whose only parameter has a σ of 0.1 JND, from packets and rays as given.
     pub(crate) fn pilot(packets: f64, rays: f64) -> Pilot {

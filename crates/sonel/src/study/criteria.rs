@@ -14,7 +14,7 @@ use sonel_acoustics::din18041::{GROUP_A, Use};
 use sonel_analysis::average::average;
 use sonel_analysis::{Parameter, ParameterValue, Unsupported, octave};
 
-use crate::target;
+use crate::study::target;
 
 /// A criterion.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,8 +6,8 @@
 //! The estimate has 31 degrees of freedom and there are few evaluations, so coverage falls from 95 by some per cent at the most
 //! (docs/planning.md); [`MARGIN`] aims beyond the target so that one evaluation is usually enough.
 
-use crate::spread::{Place, Reading};
-use crate::target::Targets;
+use crate::study::spread::{Place, Reading};
+use crate::study::target::Targets;
 
 /// Factor on the emissions that the last variance asks for [1]: the standard error of a variance from 32 batches is 25 %, of half-widths 13 %.
 pub const MARGIN: f64 = 1.15;
@@ -100,7 +100,7 @@ impl Verdict {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spread::HalfWidth;
+    use crate::study::spread::HalfWidth;
     use sonel_analysis::Parameter;
 
     fn reading(parameter: Parameter, noise: f64) -> Reading {

@@ -1,8 +1,8 @@
-//! A scene traced, its map rendered and its parameters read in one go, with what each phase costs.
+//! The stages: a scene traced, its map rendered and its parameters read, with what each phase costs.
 //!
-//! The same stages as those of the programs, in the same order, so that a pipeline run costs what a run does. Where the map is
-//! kept is the caller's choice ([`MapStore`]; [`InMemory`] for short runs), and so is the clock ([`Clock`]). Tracing and
-//! rendering are separate, so that one map can be rendered in several ways.
+//! Runs, pilots and studies call these functions, so that a pilot costs what a run does. Where the map is kept is the caller's choice
+//! ([`MapStore`]; [`InMemory`] for short runs), and so is the clock ([`Clock`]). Tracing and rendering are separate, so that one map can be
+//! rendered in several ways.
 
 use std::io::{Cursor, Seek, Write};
 use std::sync::Arc;
@@ -11,12 +11,12 @@ use sonel_analysis::{ReceiverParameters, parameters};
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{EffectState, Ledger, MapError, MapHeader, MapWriter, Settings, ShardRange, SonelMap};
-use sonel_renderer::{ReceiverPoint, RenderError, RenderSettings, Renderer, Rendering};
+use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_scene::Scene;
-use sonel_tracer::{TraceError, TracedChunk, Tracer};
-use thiserror::Error;
+use sonel_tracer::{TracedChunk, Tracer};
 
-use crate::response;
+use crate::study::response;
+use crate::{Error, Result};
 
 /// Seconds since any moments, which must not change during a run.
 pub trait Clock: Sync {
@@ -61,7 +61,7 @@ pub trait MapStore {
     ///
     /// # Errors
     /// When it cannot be read.
-    fn open(&mut self, written: Self::Writer) -> Result<SonelMap, MapError>;
+    fn open(&mut self, written: Self::Writer) -> std::result::Result<SonelMap, MapError>;
 }
 
 /// Maps in memory: about 16 bytes a vertex, twice that while a map is opened.
@@ -75,7 +75,7 @@ impl MapStore for InMemory {
         Ok(Cursor::new(Vec::new()))
     }
 
-    fn open(&mut self, written: Self::Writer) -> Result<SonelMap, MapError> {
+    fn open(&mut self, written: Self::Writer) -> std::result::Result<SonelMap, MapError> {
         SonelMap::from_bytes(written.get_ref())
     }
 }
@@ -91,7 +91,7 @@ pub struct Room<'a> {
 pub struct TracedMap {
     /// The map.
     pub map: SonelMap,
-    /// The ledger as the tracer kept them.
+    /// The ledger as the tracer kept it.
     pub ledger: Ledger,
     /// What it cost.
     pub seconds: TraceSeconds,
@@ -151,22 +151,8 @@ impl RenderSeconds {
     }
 }
 
-/// Why a pipeline run came to no end.
-#[derive(Debug, Error)]
-pub enum PipelineError {
-    /// The map cannot be written, or the room leaks.
-    #[error(transparent)]
-    Trace(#[from] TraceError<MapError>),
-    /// The map cannot be written or opened.
-    #[error(transparent)]
-    Map(#[from] MapError),
-    /// A receiver is impossible or a setting out of range.
-    #[error(transparent)]
-    Render(#[from] RenderError),
-}
-
 impl<'a> Room<'a> {
-    /// Makes `scene` with the walls `geometry` ready. `effects` are those that [`crate::effects::decide`] decided for it; they go into the maps.
+    /// Makes `scene` with the walls `geometry` ready. `effects` are those that [`crate::study::effects::decide`] decided for it; they go into the maps.
     #[must_use]
     pub fn within(scene: &'a Scene, geometry: impl Into<Arc<Geometry>>, effects: Vec<EffectState>) -> Self {
         Self { scene, effects, geometry: geometry.into() }
@@ -193,39 +179,54 @@ impl<'a> Room<'a> {
         settings: Settings,
         store: &mut impl MapStore,
         clock: &dyn Clock,
-    ) -> Result<TracedMap, PipelineError> {
-        trace(self.scene, &self.geometry, self.effects.clone(), settings, store, clock)
+    ) -> Result<TracedMap> {
+        let header = whole_run(self.scene, self.effects.clone(), settings);
+        trace(&header, &self.geometry, None, store, clock, &mut |_| {})
     }
 }
 
-/// Traces `scene`, whose walls are `geometry`, into a map that states `effects`.
+/// The provenance of a whole run of `scene` with `settings`, whose map states `effects`.
+#[must_use]
+pub fn whole_run(scene: &Scene, effects: Vec<EffectState>, settings: Settings) -> MapHeader {
+    let tool_version = env!("CARGO_PKG_VERSION").to_owned();
+    MapHeader { tool_version, settings, shard: ShardRange::WHOLE, effects, scene: scene.clone() }
+}
+
+/// Traces the run of `header`, whose walls are `geometry`, into `store`: all of its shard, or what it has beyond the map `beginning`.
+/// `progress` receives the share that is done.
 ///
 /// # Errors
 /// When the room leaks or the map cannot be stored.
 pub fn trace(
-    scene: &Scene,
+    header: &MapHeader,
     geometry: &Geometry,
-    effects: Vec<EffectState>,
-    settings: Settings,
+    beginning: Option<&SonelMap>,
     store: &mut impl MapStore,
     clock: &dyn Clock,
-) -> Result<TracedMap, PipelineError> {
+    progress: &mut (dyn FnMut(f64) + Send),
+) -> Result<TracedMap> {
     let begin = clock.process();
-    let mut writer = MapWriter::begin(store.begin().map_err(MapError::from)?)?;
-    let mut write = 0.0;
-    let tool_version = env!("CARGO_PKG_VERSION").to_owned();
-    let header =
-        MapHeader { tool_version, settings, shard: ShardRange::WHOLE, effects, scene: scene.clone() };
-    let ledger = Tracer::of(&header, geometry).run(ShardRange::WHOLE, |chunk: TracedChunk| {
+    let tracer = Tracer::of(header, geometry);
+    let total = tracer.packets(header.shard) * header.scene.sources.len() as u64;
+    let mut writer = MapWriter::begin(store.begin()?).map_err(Error::Write)?;
+    let (mut done, mut write) = (0, 0.0);
+    let sink = |chunk: TracedChunk| {
+        done += chunk.paths.ends.len() as u64;
+        progress(done as f64 / total.max(1) as f64);
         // Other threads trace meanwhile; only this one writes.
         let before = clock.thread();
         let pushed = writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.ledger);
         write += clock.thread() - before;
         pushed
-    })?;
+    };
+    let ledger = match beginning {
+        Some(beginning) => tracer.extend(beginning, sink),
+        None => tracer.run(header.shard, sink),
+    }?;
+    progress(1.0);
     let traced = clock.process() - begin - write;
     let before = clock.process();
-    let written = writer.finish(&header, geometry)?;
+    let written = writer.finish(header, geometry).map_err(Error::Write)?;
     let finished = clock.process();
     let map = store.open(written)?;
     let seconds =
@@ -243,7 +244,7 @@ pub fn render_and_read(
     receivers: &[ReceiverPoint],
     settings: &RenderSettings,
     clock: &dyn Clock,
-) -> Result<Rendered, RenderError> {
+) -> Result<Rendered> {
     let mut seconds = RenderSeconds::default();
     let begin = clock.process();
     let renderer = Renderer::new(map, geometry, settings.clone())?;

@@ -15,10 +15,11 @@ use sonel_analysis::Parameter;
 use sonel_map::Settings;
 use sonel_renderer::{Columns, ReceiverPoint, RenderSettings};
 
-use crate::kurtosis;
-use crate::pipeline::{Clock, InMemory, NoClock, PipelineError, Rendered, Room, TracedMap, render_and_read};
-use crate::split::{self, RenderedTwice, Variance};
-use crate::spread::{Place, Reading, pooled_kurtosis, readings};
+use crate::Result;
+use crate::study::kurtosis;
+use crate::study::pipeline::{Clock, InMemory, NoClock, Rendered, Room, TracedMap, render_and_read};
+use crate::study::split::{self, RenderedTwice, Variance};
+use crate::study::spread::{Place, Reading, pooled_kurtosis, readings};
 
 /// Batches of each run, as many as a run has by default.
 const BATCHES: u32 = 32;
@@ -159,12 +160,7 @@ struct Run {
 }
 
 impl Run {
-    fn of(
-        config: &PilotConfig<'_>,
-        emissions: u64,
-        with_edges: bool,
-        clock: &dyn Clock,
-    ) -> Result<Self, PipelineError> {
+    fn of(config: &PilotConfig<'_>, emissions: u64, with_edges: bool, clock: &dyn Clock) -> Result<Self> {
         let PilotConfig { room, receivers, .. } = *config;
         let seed = config.trace.seed.wrapping_add(1).wrapping_mul(SEED);
         let settings = Settings { emissions, seed, batches: BATCHES, ..config.trace };
@@ -191,7 +187,7 @@ impl Run {
 ///
 /// # Errors
 /// The errors of [`Room::trace`] and [`render_and_read`].
-pub fn run(config: &PilotConfig<'_>, clock: &dyn Clock) -> Result<Pilot, PipelineError> {
+pub fn run(config: &PilotConfig<'_>, clock: &dyn Clock) -> Result<Pilot> {
     let begin = clock.process();
     let least = EMISSIONS[EMISSIONS.len() - 1];
     let shorter = Run::of(config, least / SHORTER, true, clock)?;
@@ -245,7 +241,7 @@ fn found(config: &PilotConfig<'_>, shorter: &Run, run: &Run, fewer: Option<&Rend
 ///
 /// # Errors
 /// The errors of [`Room::trace`].
-pub fn segments(config: &PilotConfig<'_>) -> Result<f64, PipelineError> {
+pub fn segments(config: &PilotConfig<'_>) -> Result<f64> {
     let settings = Settings { emissions: FEW, seed: config.trace.seed.wrapping_mul(SEED), ..config.trace };
     let traced = config.room.trace(settings, &mut InMemory, &NoClock)?;
     Ok(traced.ledger.segments as f64 / (FEW * config.room.scene().sources.len() as u64) as f64)
@@ -266,16 +262,12 @@ fn lengths(config: &PilotConfig<'_>, shorter: &Run, limit: f64) -> impl Iterator
 }
 
 /// The same map, heard with fewer rays and other choices.
-fn render_with_fewer_rays(
-    config: &PilotConfig<'_>,
-    run: &Run,
-    clock: &dyn Clock,
-) -> Result<Rendered, PipelineError> {
+fn render_with_fewer_rays(config: &PilotConfig<'_>, run: &Run, clock: &dyn Clock) -> Result<Rendered> {
     let map = &run.traced.map;
     let seed = map.header().settings.seed.wrapping_mul(SEED);
     let rays = run.rays.div_ceil(FEWER_RAYS);
     let render = RenderSettings { seed: Some(seed), rays: Some(rays), ..config.render.clone() };
-    Ok(render_and_read(map, config.room.geometry(), config.receivers, &render, clock)?)
+    render_and_read(map, config.room.geometry(), config.receivers, &render, clock)
 }
 
 /// How uncertain the parameters are that were `found` in a run of so many emissions and batches, where visibility rays have a `share` of
@@ -319,9 +311,9 @@ fn costs(few: &Run, many: &Run, fewer: Option<&Rendered>) -> Costs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation_receivers::evaluation_receivers;
-    use crate::plan::Plan;
-    use crate::spread::PLANNED;
+    use crate::study::evaluation_receivers::evaluation_receivers;
+    use crate::study::plan::Plan;
+    use crate::study::spread::PLANNED;
     use sonel_acoustics::{BandWidth, Bands, Material};
     use sonel_renderer::Estimator;
     use sonel_scene::Scene;

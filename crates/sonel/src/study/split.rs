@@ -7,7 +7,7 @@ use sonel_analysis::comparison::{Pairing, difference};
 use sonel_analysis::estimate::StandardError;
 use sonel_analysis::{Parameter, ReceiverParameters};
 
-use crate::spread::{Place, Reading, student_factor};
+use crate::study::spread::{Place, Reading, student_factor};
 
 /// Squares of standard errors in just-noticeable differences.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

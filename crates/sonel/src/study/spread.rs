@@ -6,7 +6,7 @@
 use sonel_analysis::estimate::KernelShift;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters, Unsupported, student};
 
-use crate::kurtosis::excess_kurtosis;
+use crate::study::kurtosis::excess_kurtosis;
 
 /// Figures that a plan predicts (docs/interface.md).
 pub const PLANNED: [Parameter; 4] =
