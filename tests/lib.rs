@@ -20,7 +20,6 @@ pub mod wrong_levels;
 use std::path::Path;
 
 use sonel_analysis::map_comparison;
-use sonel_design::sensitivity::VariedMap;
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{BandClasses, EffectState, Emissions, Ledger, PathWeight, Segment, Settings, SonelMap};
@@ -29,6 +28,7 @@ use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_scene::{Effect, Loaded, Scene};
 use sonel_study::pipeline::{self, Clock, InMemory, NoClock, Rendered, TracedMap};
 use sonel_study::response::receivers_of;
+use sonel_study::sensitivity::VariedMap;
 
 /// A shipped scene.
 #[must_use]

@@ -45,6 +45,12 @@ pub struct Array {
 }
 
 impl Array {
+    /// Numbers that it holds itself.
+    pub(crate) fn holding(values: Vec<f64>, shape: &[usize]) -> Self {
+        let values = Arc::new(values);
+        Self::of(Arc::<Vec<f64>>::clone(&values), &values, shape)
+    }
+
     /// `values`, which `owner` holds.
     fn of<T: Number>(owner: Arc<dyn Send + Sync>, values: &[T], shape: &[usize]) -> Self {
         assert_eq!(values.len(), shape.iter().product::<usize>(), "a response has the shapes of its page");
@@ -151,9 +157,8 @@ impl Response {
     ) -> Option<Array> {
         let directivities =
             Some(&self.echograms().receiver_directivities).filter(|found| !found.is_empty())?;
-        let values: Arc<Vec<f64>> = Arc::new(directivities.iter().flat_map(numbers).collect());
-        let shape = [&[directivities.len()], shape].concat();
-        Some(Array::of(Arc::<Vec<f64>>::clone(&values), &values, &shape))
+        let values = directivities.iter().flat_map(numbers).collect();
+        Some(Array::holding(values, &[&[directivities.len()], shape].concat()))
     }
 
     fn find_by_direction(&self, key: &str) -> Option<Array> {

@@ -6,7 +6,6 @@ mod agreement;
 mod comparison;
 mod coverage;
 mod effects;
-mod fit;
 mod flipped_bits;
 mod furniture;
 mod general_position;

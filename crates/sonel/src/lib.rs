@@ -88,8 +88,8 @@ pub use store::TemporaryMaps;
 pub use trace::{PreparedTrace, TraceOptions, Traced, VERSION as TRACER_VERSION};
 pub use variants::{Alternatives, Variants};
 
-pub use sonel_acoustics::{AbsorptionLaw, BandWidth, Bands, Pattern};
-pub use sonel_analysis::{Parameter, ParameterValue};
+pub use sonel_acoustics::{AbsorptionLaw, BandWidth, Bands, Coefficient, Pattern};
+pub use sonel_analysis::{Estimate, Parameter, ParameterValue};
 pub use sonel_map::{Mode, ShardRange, Spectral};
 pub use sonel_renderer::{Estimator, ReceiverPoint, Sensitivity};
 pub use sonel_scene::checkup::Checkup;
@@ -99,4 +99,5 @@ pub use sonel_sound::{Head, Microphone, Path, Waypoint};
 pub use sonel_study::effects::{Effect, EffectSpec as Effects};
 pub use sonel_study::pipeline::{Clock, InMemory, MapStore};
 pub use sonel_study::plan::Plan;
+pub use sonel_study::sensitivity::Varied;
 pub use sonel_study::target::Targets;

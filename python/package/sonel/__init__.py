@@ -23,7 +23,8 @@ from typing import TYPE_CHECKING, Any, TypeVar, Union
 
 import numpy as np
 
-from . import _input, _rooms, _sonel
+from . import _fit, _input, _rooms, _sonel
+from ._fit import Fit
 from ._rooms import RandomRooms
 from ._sonel import Error, __version__
 
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     import pandas
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Error", "Map", "RandomRooms", "Response", "Scene", "__version__", "check", "dataset", "random_rooms", "trace"]
+__all__ = ["Error", "Fit", "Map", "RandomRooms", "Response", "Scene", "__version__", "check", "dataset", "fit", "random_rooms", "trace"]
 
 _Path = Union[str, "os.PathLike[str]"]
 _Progress = Union[None, bool, Callable[[str, float], object]]
@@ -754,6 +755,57 @@ def dataset(
     )
 
 
+def fit(
+    map: Map,  # noqa: A002 - what it is
+    measured: Mapping[str, ArrayLike],
+    *,
+    sigma: Mapping[str, ArrayLike] | None = None,
+    receivers: _Points | None = None,
+    materials: Sequence[str] | None = None,
+    prior_sigma: float = 0.5,
+    rays: _Whole | float | None = None,
+    threads: _Whole | None = None,
+    progress: _Progress = None,
+) -> Fit:
+    """Absorption of materials with which a room has measured, or wanted, parameters. Needs scipy.
+
+    Least squares of the deviations in standard deviations and of what is believed (docs/what-if.md). Errors of measurement count as independent.
+
+    Parameters
+    ----------
+    map
+        The map of the room; its absorption is what is believed before the measurement.
+    measured
+        Values by the keys of `Response.parameters`, such as {"t20_s": …, "clarity_c80_db": …}, each one number for all or of a shape that
+        broadcasts to [S, R, B]; NaN where nothing was measured.
+    sigma
+        Their standard deviations, likewise (default half a just-noticeable difference).
+    receivers
+        Where it was measured, as for `Map.render`.
+    materials
+        Names of those that may change (default all).
+    prior_sigma
+        Standard deviation w of what is believed, in y = ln((α − τ)/(1 − α)): 0.5 is ± 65 % of small coefficients and ± 0.12 in the middle.
+    rays
+        Visibility rays per receiver, as for `Map.render`.
+    threads, progress
+        As for `trace`.
+
+    Returns
+    -------
+    Fit
+        Absorption with 95 % intervals, and which of it the data determine.
+
+    Raises
+    ------
+    Error
+        scipy is missing; bad input; coefficients that the paths of the map do not carry, with the command that traces those that do.
+    """
+    map = _input.of_kind(map, Map, "map", "a sonel.Map of the room")  # noqa: A001 - what it is
+    options = {"rays": rays, "threads": threads, "progress": progress}
+    return _fit.fit(map, measured, sigma, receivers, materials, prior_sigma, options)
+
+
 class Map(_Managed):
     """Where sound went in a room: paths in a file, from which any receivers are rendered. Made by `trace` or `Map.load`."""
 
@@ -924,11 +976,65 @@ class Map(_Managed):
             "memory": memory,
             "threads": threads,
         }
+        with _Text(progress) as follower:
+            return Response(self._inner.render(self._places(receivers), _LOGGER.log, follower, **keywords))
+
+    @staticmethod
+    def _places(receivers: _Points | None) -> list[_sonel.Receiver]:
         places = [] if receivers is None else [_receiver(**point) for point in _points(receivers, "receiver")]
         if receivers is not None and not places:
             raise Error("receivers is empty: give positions, or None for the receivers of the scene")
-        with _Text(progress) as follower:
-            return Response(self._inner.render(places, _LOGGER.log, follower, **keywords))
+        return places
+
+    def sensitivity(
+        self,
+        receivers: _Points | None = None,
+        *,
+        coefficient: str = "absorption",
+        set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+        rays: _Whole | float | None = None,
+        threads: _Whole | None = None,
+        progress: _Progress = None,
+    ) -> NDArray[np.void]:
+        """Derivatives of parameters by a coefficient of every material, from one rendering: what sonel-analyze sensitivity prints.
+
+        Parameters
+        ----------
+        receivers, set, rays
+            As for `render`.
+        coefficient
+            "absorption" or "scattering".
+        threads, progress
+            As for `trace`.
+
+        Returns
+        -------
+        NDArray[np.void]
+            A structured array of shape [S, R, M, B], the materials in the order of `materials`. Fields: each parameter of `Response.parameters`
+            that every receiver has, such as t30_s, its derivative per unit of the coefficient, and as NAME_low and NAME_high the limits of its
+            95 % interval. Edges do not diffract. NaN where no packet depends on the coefficient.
+
+        Raises
+        ------
+        Error
+            Bad input: what is wrong, where, and what is allowed.
+        """
+        options = {"rays": rays, "threads": threads, "progress": progress}
+        *_, slope, half_width = self._derivatives(receivers, coefficient, set, options)
+        keys = [key for key, _, _ in _fit.PARAMETERS]
+        found = np.empty(slope.shape[1:], dtype=[(key + end, "f8") for key in keys for end in ("", "_low", "_high")])
+        for key, middle, half in zip(keys, slope, half_width):
+            found[key], found[f"{key}_low"], found[f"{key}_high"] = middle, middle - half, middle + half
+        return found
+
+    def _derivatives(
+        self, receivers: _Points | None, coefficient: str, set: Mapping[str, Any] | None, options: dict[str, Any]  # noqa: A002
+    ) -> list[NDArray[np.float64]]:
+        """Values, values without each batch, weights of the batches, derivatives with the material last but one, halves of their intervals."""
+        keywords = {"set": set, "rays": options["rays"], "threads": options["threads"]}
+        with _Text(options["progress"]) as follower:
+            found = self._inner.sensitivity(self._places(receivers), coefficient, _LOGGER.log, follower, **keywords)
+        return [np.asarray(array) for array in found]
 
     def refine(self, receivers: _Points | None = None, **options: Any) -> Iterator[Response]:
         """Renders as `render` does, again and again, each time with twice the batches.
@@ -1030,6 +1136,17 @@ class Map(_Managed):
     def digest(self) -> str:
         """Identity of the map: BLAKE3 of its header, which holds the digests of everything else."""
         return self._inner.digest
+
+    @property
+    def materials(self) -> dict[str, dict[str, NDArray[np.float64]]]:
+        """Absorption, scattering and transmission of each material by its name, [B]."""
+        keys = ("absorption", "scattering", "transmission")
+        return {name: dict(zip(keys, map(np.array, numbers))) for name, numbers in self._inner.materials}
+
+    @property
+    def center_frequencies(self) -> NDArray[np.float64]:
+        """Nominal band centres [Hz], shape [B]."""
+        return np.array(self._inner.center_frequencies)
 
     @property
     def packets(self) -> int:

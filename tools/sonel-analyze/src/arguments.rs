@@ -17,13 +17,10 @@ use sonel_renderer::{Estimator, ReceiverPoint};
 use sonel_study::effects::EffectSpec;
 use sonel_view::HeadArguments;
 
-mod coefficients;
 mod parameters;
 mod plot;
 mod speech;
 
-pub(crate) use coefficients::{Change, To};
-pub use coefficients::{FitArguments, OptimiseArguments};
 pub use parameters::Parameters;
 pub use plot::{Plot, What};
 pub(crate) use speech::OpenPlan;
@@ -69,10 +66,6 @@ pub enum Command {
     Diff(Diff),
     /// Rank surfaces: derivatives of parameters by absorption and scattering of every material.
     Sensitivity(SensitivityArguments),
-    /// Fit absorption, and optionally scattering, to measured parameters.
-    Fit(FitArguments),
-    /// Find the cheapest change of materials that reaches given parameters.
-    Optimise(OptimiseArguments),
     /// Plot echogram, decay, early reflections, parameters and plans of receivers, as SVG or PNG.
     Plot(Plot),
     /// Write one HTML file that opens offline: room, echograms, parameters, effects, provenance.

@@ -36,10 +36,6 @@ impl Kind {
 
     /// What `sonel-trace new` writes. A scene file is edited, so that none is replaced.
     pub const SCENE: Self = Self { name: "a scene file", ending: "toml", is_begin: None };
-    /// What fit and optimise write: never a file edited by hand, whose first line is another.
-    pub const MATERIALS: Self = Self::new("materials written by sonel-analyze", "toml", |begin| {
-        begin.starts_with(b"# sonel-analyze ")
-    });
     /// What `sonel-trace check --fix` writes.
     pub const REPAIRED_MESH: Self =
         Self::new("a mesh repaired by sonel-trace", "obj", |begin| begin.starts_with(FIRST_LINE.as_bytes()));

@@ -28,7 +28,7 @@ const LAYERS: [&[&str]; 9] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 45] = [
+const HOMES: [(&str, &[&str]); 42] = [
     ("anyhow", &["tools/", "python", "xtask"]),
     ("base64", &["crates/sonel-scene", "tools/sonel-view"]),
     ("bincode", &["crates/sonel-map"]),
@@ -50,9 +50,7 @@ const HOMES: [(&str, &[&str]); 45] = [
     ("hound", &["crates/sonel-sound"]),
     ("indicatif", &["tools/"]),
     ("libc", &["tools/sonel-console"]),
-    ("levenberg-marquardt", &["crates/sonel-design"]),
     ("memmap2", &["crates/sonel-map"]),
-    ("nalgebra", &["crates/sonel-design"]),
     ("obvhs", &["crates/sonel-geometry"]),
     ("ply-rs-bw", &["crates/sonel-scene"]),
     ("open", &["tools/sonel-view"]),

@@ -8,6 +8,7 @@ mod options;
 mod planning;
 mod refinement;
 mod remedy;
+mod sensitivity;
 mod uncertainty;
 mod until;
 
