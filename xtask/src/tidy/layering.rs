@@ -83,7 +83,6 @@ const HOMES: [(&str, &[&str]); 42] = [
     ("statrs", &["crates/sonel-testkit"]),
     ("tempfile", &["crates/sonel/", "tools/", "crates/sonel-testkit"]),
     ("tiny_http", &["tools/sonel-view"]),
-    ("tobj", &["crates/sonel-scene"]),
     ("toml", &["crates/sonel-scene", "xtask"]),
     ("toml_edit", &["tools/sonel-view"]),
     ("zip", &["crates/sonel-echogram"]),
