@@ -281,16 +281,15 @@ impl Response {
     }
 
     /// Impulse responses, [S, R, channels, samples], of an order of ambisonics, a SOFA file or an array.
-    #[pyo3(signature = (channels=(None, None, None), seed=None, sample_rate_hz=48_000, is_matched=false))]
+    #[pyo3(signature = (channels=(None, None, None), seed=None, sample_rate_hz=48_000))]
     fn impulse_responses(
         &self,
         py: Python<'_>,
         channels: (Option<u32>, Option<Vec<u8>>, Option<Vec<Receiver>>),
         seed: Option<u64>,
         sample_rate_hz: u32,
-        is_matched: bool,
     ) -> PyResult<Array> {
-        let options = SoundOptions { seed, sample_rate_hz, is_matched };
+        let options = SoundOptions { seed, sample_rate_hz };
         let (order, head, array) = channels;
         let array = array.map(microphones).transpose()?;
         let response = Arc::clone(&self.response);
@@ -318,7 +317,7 @@ impl Response {
         seed: Option<u64>,
         sample_rate_hz: u32,
     ) -> PyResult<Array> {
-        let options = SoundOptions { seed, sample_rate_hz, is_matched: false };
+        let options = SoundOptions { seed, sample_rate_hz };
         let (path, spacing) = (path(route.0)?, route.1);
         let signal: Vec<f32> =
             signal.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes) as f32).collect();

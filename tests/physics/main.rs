@@ -40,5 +40,3 @@ mod windows;
 const WATERTIGHT_RAYS: u32 = 200_000;
 /// Impulse responses of one echogram; the long form is in `accept`.
 const REALISATIONS: u64 = 10;
-/// Seeds of matched impulse responses.
-const SEEDS: u64 = 3;

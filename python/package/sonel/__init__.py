@@ -679,7 +679,6 @@ def dataset(
     shards: Iterable[_Whole] | None = None,
     format: str = "npz",  # noqa: A002 - the word for it
     sample_rate: _Whole | float = 16_000,
-    match: bool = False,
     seed: _Whole | None = None,
     early: _Whole = 16,
     duration: float | None = None,
@@ -707,7 +706,7 @@ def dataset(
         Numbers of the shards to write, from 0 (default all): jobs of a cluster that share a folder write one each.
     format
         npz, or tar of WebDataset.
-    sample_rate, match
+    sample_rate
         As for `Response.impulse_responses`.
     seed
         Of the pulses (default that of the map), mixed with the number of the room: room i has the pulses of
@@ -735,7 +734,6 @@ def dataset(
 
     options: dict[str, Any] = {
         "sample_rate": _rate(sample_rate),
-        "match": match,
         "seed": None if seed is None else _input.whole(seed, "seed", 0, _input.SEED),
         "early": _input.whole(early, "early"),
         "duration": duration,
@@ -1339,7 +1337,6 @@ class Response(_Managed):
         array: _Points | None = None,
         seed: _Whole | None = None,
         sample_rate: _Whole | float = 48_000,
-        match: bool = False,
     ) -> NDArray[np.float32]:
         """Pressure impulse responses: the samples of `sonel-render --wav` (docs/formats/sound.md).
 
@@ -1360,9 +1357,6 @@ class Response(_Managed):
             Of the waves of late sound (default that of the rendering).
         sample_rate
             Samples per second, 8000 to 192000. Responses are made at this rate; do not convert them like recordings.
-        match
-            Scale every band each 10 ms to the energies of the response: T30 and levels of one impulse response are then those of the
-            response, not of the mean of many seeds alone. Direct sound is scaled too.
 
         Returns
         -------
@@ -1376,7 +1370,7 @@ class Response(_Managed):
         """
         channels = _channels(ambix=ambix, hrtf=hrtf, array=array)
         number = None if seed is None else _input.whole(seed, "seed", 0, _input.SEED)
-        return np.asarray(self._inner.impulse_responses(channels, number, _rate(sample_rate), match))
+        return np.asarray(self._inner.impulse_responses(channels, number, _rate(sample_rate)))
 
     def to_sofa(
         self,
@@ -1387,7 +1381,6 @@ class Response(_Managed):
         array: _Points | None = None,
         seed: _Whole | None = None,
         sample_rate: _Whole | float = 48_000,
-        match: bool = False,
     ) -> None:
         """Writes `impulse_responses` as SOFA of the convention SingleRoomSRIR (AES69), a measurement for every source and receiver.
 
@@ -1397,7 +1390,7 @@ class Response(_Managed):
         ----------
         path
             A file `.sofa`. Files that are there are not replaced.
-        ambix, hrtf, array, seed, sample_rate, match
+        ambix, hrtf, array, seed, sample_rate
             As for `impulse_responses`.
 
         Raises
@@ -1407,7 +1400,7 @@ class Response(_Managed):
         """
         from . import _sofa
 
-        options = {"hrtf": hrtf, "seed": seed, "match": match}
+        options = {"hrtf": hrtf, "seed": seed}
         microphones = None if array is None else _points(array, "microphone")
         order = None if ambix is None else _input.whole(ambix, "ambix", 1, 7)
         _sofa.write(self, Path(path), ambix=order, array=array, microphones=microphones, sample_rate=_rate(sample_rate), **options)

@@ -91,7 +91,6 @@ class Response:
         channels: tuple[int | None, bytes | None, list[Receiver] | None] = ...,
         seed: int | None = None,
         sample_rate_hz: int = 48_000,
-        is_matched: bool = False,
     ) -> Array: ...
     def walk(
         self,
