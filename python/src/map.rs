@@ -1,13 +1,14 @@
 //! Maps: traced into a temporary file, or opened from one.
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use sonel::{Air, Audience, Estimator, Mode, Observer, RenderOptions, Severity, Spectral, TraceOptions};
-use sonel_console::output::{Kind, Output};
+use sonel::{
+    Air, Audience, Coefficient, Estimator, Mode, Observer, Parameter, RenderOptions, Severity, Spectral,
+    TraceOptions, Varied,
+};
 
 use crate::convert::{Keywords, Receiver, object, receiver, refused, uncertainties};
 use crate::error;
@@ -89,11 +90,7 @@ impl Map {
 
     /// Writes the map.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let write = || {
-            let output = Output::create(&path, Kind::MAP, self.path.as_slice())?;
-            output.write(|out| out.write_all(self.map.sonels().bytes()))
-        };
-        py.detach(write).map_err(error)
+        py.detach(|| self.map.save(path)).map_err(error)
     }
 
     /// Renders at `receivers` with keywords that are the fields of `sonel::RenderOptions`.
@@ -278,7 +275,7 @@ fn render_options(k: &Keywords<'_>) -> PyResult<RenderOptions> {
         bin: k.number("bin")?.unwrap_or(default.bin),
         estimator: k.choice("estimator", &estimators, Estimator::name)?.unwrap_or(default.estimator),
         diffraction: effects
-            .map_or(Ok(true), |text| sonel_console::choices::diffraction(&text))
+            .map_or(Ok(true), |text| sonel::parse_diffraction(&text))
             .map_err(|wrong| refused(format!("`effects`: {wrong}")))?,
         order: k.whole("order")?,
         batches: k.whole("batches")?,

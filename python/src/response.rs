@@ -18,8 +18,6 @@ use sonel::{
 use sonel_analysis::modulation::Talk;
 use sonel_analysis::receiver::parameters_of;
 use sonel_analysis::speech::{noise_level_db, speech_power_level_db};
-use sonel_console::heard::HeardArguments;
-use sonel_console::output::{Kind, Output};
 use sonel_echogram::{LATERAL_KEYS, ReceiverDirectivity, Response as Echograms};
 
 use crate::convert::{Receiver, object, octaves, receiver, refused};
@@ -257,10 +255,7 @@ impl Response {
 
     /// Writes the response.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let write = || -> anyhow::Result<()> {
-            Output::create(&path, Kind::RESPONSE, &[])?.write(|out| self.echograms().write(out).map(drop))
-        };
-        py.detach(write).map_err(error)
+        py.detach(|| self.response.save(path)).map_err(error)
     }
 
     /// One of the arrays of numbers in docs/formats/response.md, of those that a response has outside its file.
@@ -337,9 +332,8 @@ impl Response {
 
     /// All sources as one, with gains [dB] and delays [s] of the scene where none are given.
     fn together(&self, gains: Vec<(String, f64)>, delays: Vec<(String, f64)>) -> PyResult<Self> {
-        let delay = delays.into_iter().map(|(name, delay)| (name, 1e3 * delay)).collect();
-        let heard = HeardArguments { together: true, gain: gains, delay, ..HeardArguments::default() };
-        let changes = heard.changes(self.echograms()).map_err(error)?.unwrap_or_default();
+        let delays: Vec<_> = delays.into_iter().map(|(name, delay)| (name, 1e3 * delay)).collect();
+        let changes = sonel::system(self.echograms(), &gains, &delays).map_err(error)?;
         Ok(Self::of(self.response.together(&changes).map_err(error)?, None))
     }
 

@@ -43,6 +43,7 @@
 #[doc(hidden)]
 pub mod checkup;
 mod coefficients;
+mod count;
 mod error;
 #[doc(hidden)]
 pub mod feasible;
@@ -65,6 +66,7 @@ mod scene;
 #[cfg(feature = "sound")]
 mod sound;
 mod store;
+mod time;
 mod trace;
 mod variants;
 #[doc(hidden)]
@@ -73,18 +75,20 @@ pub mod version;
 #[doc(hidden)]
 pub use coefficients::rendered_with;
 pub use coefficients::{Coefficients, MaterialKey};
+pub use count::parse_count;
 pub use error::{Error, Result, with_options_spelled};
 pub use map::Map;
 pub use observer::{Observer, Severity, Silent};
 pub use render::{
     AbsorptionUncertainty, Air, Audience, Axis, Change, ClassShare, Grid, GridCounts, MaterialVariants,
-    PreparedRendering, Refinement, RenderOptions, Rendered, VERSION as RENDERER_VERSION,
+    PreparedRendering, Refinement, RenderOptions, Rendered, VERSION as RENDERER_VERSION, parse_diffraction,
 };
-pub use response::{Parameters, Response, Surroundings};
+pub use response::{Parameters, Response, Surroundings, system};
 pub use scene::{Material, Scene, SceneBuilder, check_file};
 #[cfg(feature = "sound")]
 pub use sound::{Channels, SPACINGS, SoundOptions, microphone, places};
 pub use store::TemporaryMaps;
+pub use time::parse_time;
 pub use trace::{PreparedTrace, TraceOptions, Traced, VERSION as TRACER_VERSION};
 pub use variants::{Alternatives, Variants};
 

@@ -846,7 +846,8 @@ class Map(_Managed):
         Error
             Another file is there, or it cannot be written.
         """
-        self._inner.save(os.fspath(path))
+        is_map = lambda begin: begin.startswith(b"SONELMAP")  # noqa: E731
+        self._inner.save(_input.output(os.fspath(path), "a sonel map", is_map, self._inner.path))
         self._path = self._path or Path(path).absolute()
 
     def render(
@@ -1214,7 +1215,9 @@ class Response(_Managed):
         Error
             Another file is there, or it cannot be written.
         """
-        self._inner.save(os.fspath(path))
+        # A local header of 30 bytes precedes the name of the first array.
+        is_response = lambda begin: begin.startswith(b"PK\x03\x04") and begin[30:].startswith(b"format_version.npy")  # noqa: E731
+        self._inner.save(_input.output(os.fspath(path), "a response", is_response))
 
     def __getitem__(self, key: str) -> NDArray[Any]:
         """One of the arrays in docs/formats/response.md; KeyError where the response has no such array."""

@@ -71,9 +71,6 @@ impl Kind {
     /// What image draws.
     pub const DRAWN_PICTURE: Self =
         Self::new("a picture of sonel-analyze (PNG)", "png", |begin| is_picture(begin, b"\x89PNG"));
-    /// Tables of tradeoff.
-    pub const TRADEOFF_TABLE: Self =
-        Self::new("a table of tradeoff", "csv", |begin| begin.starts_with(b"setting,"));
     /// The report of tradeoff for programs.
     pub const TRADEOFF_REPORT: Self =
         Self::new("a report of tradeoff", "json", |begin| begin.starts_with(b"{\n  \"scene\""));

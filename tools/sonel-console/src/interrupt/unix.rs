@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 
 use signal_hook::consts::{SIGHUP, TERM_SIGNALS};
 
-use super::{ENDS_HERE, LESS, stay};
+use super::{ENDS_HERE, stay};
 
 /// Calls `interrupted` with the number of the first signal, or with what failed.
 pub(super) fn handle(interrupted: fn(i32, Option<&str>) -> !) -> std::io::Result<()> {
@@ -22,6 +22,8 @@ pub(super) fn handle(interrupted: fn(i32, Option<&str>) -> !) -> std::io::Result
 
 /// The signal of the first failure.
 static SIGNAL: AtomicI32 = AtomicI32::new(0);
+/// What to do where memory is short.
+const LESS: &str = "take fewer --threads or a wider --bin, divide the run or its receivers (--shard), or allow more memory (ulimit -v)";
 /// Whether a thread waits for interruptions.
 static IS_AWAITED: AtomicBool = AtomicBool::new(false);
 /// What failed, and what to do.
