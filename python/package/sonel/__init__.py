@@ -999,10 +999,12 @@ class Map(_Managed):
 
         Parameters
         ----------
-        receivers, set, rays
+        receivers
             As for `render`.
         coefficient
             "absorption" or "scattering".
+        set, rays
+            As for `render`.
         threads, progress
             As for `trace`.
 
