@@ -111,12 +111,11 @@ fn head(bytes: &[u8]) -> bool {
     })
 }
 
-/// Tables of directivity and of measured parameters, and receivers in TOML.
+/// Tables of directivity, and receivers in TOML.
 fn table(bytes: &[u8]) -> bool {
     let text = std::str::from_utf8(bytes).unwrap_or_default();
     let is_balloon = sonel_scene::load_balloon("d.csv", bytes, &bands()).is_ok();
-    let is_measured = sonel_analysis::measured::read(bytes).is_ok();
-    sonel_scene::load_receivers(text, "r.toml").is_ok() || is_balloon || is_measured
+    sonel_scene::load_receivers(text, "r.toml").is_ok() || is_balloon
 }
 
 /// Words of the command line, one a line: NAME=VALUE of `--set` and `--for`, effects, targets, grids.

@@ -22,8 +22,8 @@ use std::path::Path;
 
 use sonel::study::pipeline::{self, Clock, InMemory, NoClock, Rendered, TracedMap};
 use sonel::study::response::receivers_of;
+use sonel::study::sensitivity::VariedMap;
 use sonel_analysis::map_comparison;
-use sonel_design::sensitivity::VariedMap;
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{BandClasses, EffectState, Emissions, Ledger, PathWeight, Segment, Settings, SonelMap};

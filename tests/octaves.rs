@@ -11,8 +11,6 @@ use sonel_sound::SAMPLE_RATE_HZ;
 pub enum Filter {
     /// All of it alike and nothing else: for levels. It rings so long that it hides decays.
     Sharp,
-    /// As analysers read: a Butterworth band pass of the third order, half the energy at its borders.
-    Butterworth,
     /// Towards its borders less and less, by cos² over the logarithm of frequency: for decays.
     Smooth,
 }
@@ -21,10 +19,6 @@ impl Filter {
     /// Gain at a frequency so many octaves from the centre.
     fn gain(self, octaves: f64) -> f64 {
         match self {
-            Self::Butterworth => {
-                let ratio = octaves.exp2();
-                (1.0 + (2.0_f64.sqrt() * (ratio - 1.0 / ratio)).powi(6)).powf(-0.5)
-            }
             _ if octaves.abs() >= 0.5 => 0.0,
             Self::Sharp => 1.0,
             Self::Smooth => (PI * octaves).cos().powi(2),

@@ -9,9 +9,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyMapping, PyString};
 use sonel::{
     AbsorptionUncertainty, Change, Coefficients, Pattern, ReceiverPoint, SceneValue, Sensitivity, Variants,
+    parse_count, parse_time,
 };
-use sonel_console::count::parse_count;
-use sonel_console::time::parse_time;
 
 use crate::Error;
 

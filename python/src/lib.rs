@@ -27,7 +27,7 @@ mod _sonel {
     #[pymodule_export]
     use super::Error;
     #[pymodule_export]
-    use super::map::{Map, trace};
+    use super::map::{Map, parameters, trace};
     #[pymodule_export]
     use super::response::{Array, Response, places};
     #[pymodule_export]

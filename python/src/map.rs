@@ -1,17 +1,18 @@
 //! Maps: traced into a temporary file, or opened from one.
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use sonel::{Air, Audience, Estimator, Mode, Observer, RenderOptions, Severity, Spectral, TraceOptions};
-use sonel_console::output::{Kind, Output};
+use sonel::{
+    Air, Audience, Coefficient, Estimator, Mode, Observer, Parameter, RenderOptions, Severity, Spectral,
+    TraceOptions, Varied,
+};
 
 use crate::convert::{Keywords, Receiver, object, receiver, refused, uncertainties};
 use crate::error;
-use crate::response::Response;
+use crate::response::{Array, Response};
 use crate::scene::Scene;
 use crate::work::work;
 
@@ -89,11 +90,7 @@ impl Map {
 
     /// Writes the map.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let write = || {
-            let output = Output::create(&path, Kind::MAP, self.path.as_slice())?;
-            output.write(|out| out.write_all(self.map.sonels().bytes()))
-        };
-        py.detach(write).map_err(error)
+        py.detach(|| self.map.save(path)).map_err(error)
     }
 
     /// Renders at `receivers` with keywords that are the fields of `sonel::RenderOptions`.
@@ -118,6 +115,49 @@ impl Map {
             let report = rendered.report(rendered.seconds());
             Ok(Response::of(rendered.response, Some(report)))
         })
+    }
+
+    /// Parameters of [`parameters`] at `receivers`, [P, S, R, B], and without each batch, [P, S, R, B, K]; weights of the batches, [K];
+    /// derivatives by a `coefficient` of every material and half of their intervals, [P, S, R, M, B]. NaN where there is no number.
+    #[pyo3(signature = (receivers, coefficient, log, progress=None, **keywords))]
+    fn sensitivity(
+        &self,
+        py: Python<'_>,
+        receivers: Vec<Receiver>,
+        coefficient: &str,
+        log: Bound<'_, PyAny>,
+        progress: Option<Bound<'_, PyAny>>,
+        keywords: Option<Bound<'_, PyDict>>,
+    ) -> PyResult<[Array; 5]> {
+        let k = Keywords(keywords.unwrap_or_else(|| PyDict::new(py)));
+        let coefficients = match coefficient {
+            "absorption" => [Coefficient::Absorption],
+            "scattering" => [Coefficient::Scattering],
+            _ => {
+                let wrong = format!("`coefficient` is {coefficient:?}: choose among absorption, scattering");
+                return Err(refused(wrong));
+            }
+        };
+        let options = render_options(&k)?;
+        let receivers = receivers.into_iter().map(receiver).collect::<PyResult<Vec<_>>>()?;
+        let map = Arc::clone(&self.map);
+        work(py, Some(log), progress, k.whole("threads")?, move |observer: &dyn Observer| {
+            let varied = map.sensitivity(&receivers, &coefficients, &options, observer)?;
+            Ok(arrays(&varied, map.sonels().header().scene.sources.len()))
+        })
+    }
+
+    /// Names of the materials, and by band their absorption, scattering and transmission.
+    #[getter]
+    fn materials(&self) -> Vec<(&str, [&[f64]; 3])> {
+        let materials = &self.map.sonels().header().scene.materials;
+        let numbers = materials.iter().map(|m| [&m.absorption[..], &m.scattering, &m.transmission]);
+        materials.iter().map(|material| material.name.as_str()).zip(numbers).collect()
+    }
+
+    #[getter]
+    fn center_frequencies(&self) -> Vec<f64> {
+        self.map.sonels().header().scene.bands.nominal().to_vec()
     }
 
     /// The file that it was loaded from.
@@ -157,6 +197,49 @@ impl Map {
     }
 }
 
+/// The parameters of [`Map::sensitivity`]: key, just-noticeable difference, and whether that is relative, as of reverberation times.
+#[pyfunction]
+pub(crate) fn parameters() -> Vec<(&'static str, f64, bool)> {
+    let of = |parameter: Parameter| {
+        (parameter.key(), parameter.just_noticeable(1.0), parameter.is_noticed_relatively())
+    };
+    Parameter::ALL.into_iter().map(of).collect()
+}
+
+fn arrays(varied: &Varied, sources: usize) -> [Array; 5] {
+    let (places, bands, materials) = (varied.parameters.len(), varied.bands, varied.materials.len());
+    let estimates = |parameter: Parameter| {
+        let of = move |place: usize, band: usize| varied.parameters[place].bands[band].parameter(parameter);
+        (0..places).flat_map(move |place| (0..bands).map(move |band| of(place, band).as_ref().ok()))
+    };
+    let all = || Parameter::ALL.into_iter().flat_map(estimates);
+    let weight = all().flatten().map(|estimate| &estimate.weight).find(|weight| weight.len() > 1);
+    let weight = weight.cloned().unwrap_or_default();
+    let value = all().map(|estimate| estimate.map_or(f64::NAN, |estimate| estimate.value)).collect();
+    let without = |estimate: Option<&sonel::Estimate>| match estimate {
+        Some(estimate) if estimate.without.len() == weight.len() => estimate.without.clone(),
+        _ => vec![f64::NAN; weight.len()],
+    };
+    let mut slopes = [Vec::new(), Vec::new()];
+    for parameter in Parameter::ALL {
+        for place in 0..places {
+            for material in 0..materials {
+                let variant = varied.variants.iter().position(|variant| variant.material == material);
+                let found =
+                    variant.map_or(vec![None; bands], |variant| varied.slopes(place, variant, parameter));
+                slopes[0].extend(found.iter().map(|slope| slope.map_or(f64::NAN, |slope| slope.slope)));
+                slopes[1].extend(found.iter().map(|slope| slope.map_or(f64::NAN, |slope| slope.half_width)));
+            }
+        }
+    }
+    let shape = [Parameter::ALL.len(), sources, places / sources.max(1)];
+    let of = |values: Vec<f64>, rest: &[usize]| Array::holding(values, &[&shape[..], rest].concat());
+    let [slope, half_width] = slopes.map(|slopes| of(slopes, &[materials, bands]));
+    let without = of(all().flat_map(without).collect(), &[bands, weight.len()]);
+    let count = weight.len();
+    [of(value, &[bands]), without, Array::holding(weight, &[count]), slope, half_width]
+}
+
 /// Keywords `audience`, `spacing` and `height`.
 fn audience(k: &Keywords<'_>) -> PyResult<Option<Audience>> {
     let (spacing, height) = (k.number("spacing")?, k.number("height")?);
@@ -192,7 +275,7 @@ fn render_options(k: &Keywords<'_>) -> PyResult<RenderOptions> {
         bin: k.number("bin")?.unwrap_or(default.bin),
         estimator: k.choice("estimator", &estimators, Estimator::name)?.unwrap_or(default.estimator),
         diffraction: effects
-            .map_or(Ok(true), |text| sonel_console::choices::diffraction(&text))
+            .map_or(Ok(true), |text| sonel::parse_diffraction(&text))
             .map_err(|wrong| refused(format!("`effects`: {wrong}")))?,
         order: k.whole("order")?,
         batches: k.whole("batches")?,

@@ -19,8 +19,6 @@ use sonel::{
     AbsorptionUncertainty, Channels, Head, Microphone, Observer, Route, SPACINGS, SoundOptions, Waypoint,
     microphone,
 };
-use sonel_console::heard::HeardArguments;
-use sonel_console::output::{Kind, Output};
 
 use crate::convert::{Receiver, object, octaves, receiver, refused};
 use crate::error;
@@ -45,6 +43,12 @@ pub struct Array {
 }
 
 impl Array {
+    /// Numbers that it holds itself.
+    pub(crate) fn holding(values: Vec<f64>, shape: &[usize]) -> Self {
+        let values = Arc::new(values);
+        Self::of(Arc::<Vec<f64>>::clone(&values), &values, shape)
+    }
+
     /// `values`, which `owner` holds.
     fn of<T: Number>(owner: Arc<dyn Send + Sync>, values: &[T], shape: &[usize]) -> Self {
         assert_eq!(values.len(), shape.iter().product::<usize>(), "a response has the shapes of its page");
@@ -151,9 +155,8 @@ impl Response {
     ) -> Option<Array> {
         let directivities =
             Some(&self.echograms().receiver_directivities).filter(|found| !found.is_empty())?;
-        let values: Arc<Vec<f64>> = Arc::new(directivities.iter().flat_map(numbers).collect());
-        let shape = [&[directivities.len()], shape].concat();
-        Some(Array::of(Arc::<Vec<f64>>::clone(&values), &values, &shape))
+        let values = directivities.iter().flat_map(numbers).collect();
+        Some(Array::holding(values, &[&[directivities.len()], shape].concat()))
     }
 
     fn find_by_direction(&self, key: &str) -> Option<Array> {
@@ -252,10 +255,7 @@ impl Response {
 
     /// Writes the response.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let write = || -> anyhow::Result<()> {
-            Output::create(&path, Kind::RESPONSE, &[])?.write(|out| self.echograms().write(out).map(drop))
-        };
-        py.detach(write).map_err(error)
+        py.detach(|| self.response.save(path)).map_err(error)
     }
 
     /// One of the arrays of numbers in docs/formats/response.md, of those that a response has outside its file.
@@ -276,16 +276,15 @@ impl Response {
     }
 
     /// Impulse responses, [S, R, channels, samples], of an order of ambisonics, a SOFA file or an array.
-    #[pyo3(signature = (channels=(None, None, None), seed=None, sample_rate_hz=48_000, is_matched=false))]
+    #[pyo3(signature = (channels=(None, None, None), seed=None, sample_rate_hz=48_000))]
     fn impulse_responses(
         &self,
         py: Python<'_>,
         channels: (Option<u32>, Option<Vec<u8>>, Option<Vec<Receiver>>),
         seed: Option<u64>,
         sample_rate_hz: u32,
-        is_matched: bool,
     ) -> PyResult<Array> {
-        let options = SoundOptions { seed, sample_rate_hz, is_matched };
+        let options = SoundOptions { seed, sample_rate_hz };
         let (order, head, array) = channels;
         let array = array.map(microphones).transpose()?;
         let response = Arc::clone(&self.response);
@@ -313,7 +312,7 @@ impl Response {
         seed: Option<u64>,
         sample_rate_hz: u32,
     ) -> PyResult<Array> {
-        let options = SoundOptions { seed, sample_rate_hz, is_matched: false };
+        let options = SoundOptions { seed, sample_rate_hz };
         let (path, spacing) = (path(route.0)?, route.1);
         let signal: Vec<f32> =
             signal.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes) as f32).collect();
@@ -333,9 +332,8 @@ impl Response {
 
     /// All sources as one, with gains [dB] and delays [s] of the scene where none are given.
     fn together(&self, gains: Vec<(String, f64)>, delays: Vec<(String, f64)>) -> PyResult<Self> {
-        let delay = delays.into_iter().map(|(name, delay)| (name, 1e3 * delay)).collect();
-        let heard = HeardArguments { together: true, gain: gains, delay, ..HeardArguments::default() };
-        let changes = heard.changes(self.echograms()).map_err(error)?.unwrap_or_default();
+        let delays: Vec<_> = delays.into_iter().map(|(name, delay)| (name, 1e3 * delay)).collect();
+        let changes = sonel::system(self.echograms(), &gains, &delays).map_err(error)?;
         Ok(Self::of(self.response.together(&changes).map_err(error)?, None))
     }
 

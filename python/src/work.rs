@@ -9,12 +9,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use cpu_time::{ProcessTime, ThreadTime};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use sonel::{Clock, Observer, Severity};
-use sonel_console::Stopwatch;
 
 use crate::error;
 
@@ -48,7 +48,11 @@ pub(crate) fn work<T: Send + 'static>(
         None => pool()?,
     };
     let worker = thread::Builder::new().name("sonel".to_owned()).spawn(move || {
-        let reporter = Reporter { sender: &sender, wanted: &wanted, watch: Stopwatch::start() };
+        let reporter = Reporter {
+            sender: &sender,
+            wanted: &wanted,
+            watch: Stopwatch(Instant::now(), ProcessTime::now()),
+        };
         let result = pool.install(|| job(&reporter));
         // Whoever was interrupted does not want it any more.
         let _ = sender.send(WorkMessage::Done(result));
@@ -114,6 +118,23 @@ fn pool() -> PyResult<Arc<ThreadPool>> {
             std::mem::forget(kept.replace((std::process::id(), Arc::clone(&pool))));
             Ok(pool)
         }
+    }
+}
+
+/// Seconds since its start, on the wall and of the processor.
+struct Stopwatch(Instant, ProcessTime);
+
+impl Clock for Stopwatch {
+    fn wall(&self) -> f64 {
+        self.0.elapsed().as_secs_f64()
+    }
+
+    fn process(&self) -> f64 {
+        self.1.elapsed().as_secs_f64()
+    }
+
+    fn thread(&self) -> f64 {
+        ThreadTime::now().as_duration().as_secs_f64()
     }
 }
 

@@ -540,7 +540,7 @@ def test_an_interruption_ends_the_work(scene, room, stage, monkeypatch):
                 room.render(SEATS, grid="1:9:10,1:6:10,1.5", progress=interrupted)
             elif stage == "impulse_responses":
                 interrupted_soon()
-                many.impulse_responses(sample_rate=192_000, match=True)
+                many.impulse_responses(sample_rate=192_000)
             else:
                 interrupted_soon()
                 room.walk(path, np.ones(1_000_000), sample_rate=192_000)

@@ -6,7 +6,6 @@ mod agreement;
 mod comparison;
 mod coverage;
 mod effects;
-mod fit;
 mod flipped_bits;
 mod furniture;
 mod general_position;
@@ -36,8 +35,6 @@ mod windows;
 const FORM: stability::Form = stability::Form::Long;
 /// Impulse responses of one echogram.
 const REALISATIONS: u64 = 400;
-/// Seeds of matched impulse responses.
-const SEEDS: u64 = 10;
 /// Damaged copies of every seed of a reader.
 const COPIES: u64 = 5_000;
 /// Rays in each shipped room.

@@ -25,8 +25,8 @@ use std::time::Duration;
 use cpu_time::ProcessTime;
 use glam::Vec3;
 use sonel::study::response::receivers_of;
+use sonel_acoustics::Coefficient;
 use sonel_analysis::Parameter;
-use sonel_design::sensitivity::sensitivities;
 use sonel_geometry::{Departure, Geometry};
 use sonel_map::{MapWriter, Settings, SonelMap};
 use sonel_renderer::{ReceiverPoint, RenderSettings};
@@ -61,11 +61,11 @@ fn measure_what_if() {
     let scene = traced.map.header().scene.clone();
     let as_traced = cpu_seconds(|| drop(black_box(traced.respond(RenderSettings::default()))));
     let wanted = [Parameter::Level, Parameter::EarlyDecayTime, Parameter::T30, Parameter::ClarityC80];
-    let receivers = receivers_of(&scene);
+    let (receivers, both) = (receivers_of(&scene), [Coefficient::Absorption, Coefficient::Scattering]);
     let render = RenderSettings::default();
     let all = cpu_seconds(|| {
-        let found = sensitivities(traced.varied(&receivers, render), &wanted, &mut |_, _| {});
-        black_box(found.expect("a valid map"));
+        let found = traced.varied(&receivers, render).vary(&both, &mut |_, _| {});
+        black_box(found.expect("a valid map").sensitivities(&wanted));
     });
     let mut materials = scene.materials.clone();
     let change = |value: &mut f64| *value = 0.9 * *value + 0.02;

@@ -10,7 +10,6 @@ mod diffuse_sphere;
 mod directions;
 mod directivity;
 mod effects;
-mod fit;
 mod free_field;
 mod furniture;
 mod general_position;
@@ -21,7 +20,6 @@ mod kernels;
 mod mirrored_edges;
 mod mirrors;
 mod near_walls;
-mod optimise;
 mod paper;
 mod partitions;
 mod picture;
@@ -43,5 +41,3 @@ mod windows;
 const WATERTIGHT_RAYS: u32 = 200_000;
 /// Impulse responses of one echogram; the long form is in `accept`.
 const REALISATIONS: u64 = 10;
-/// Seeds of matched impulse responses.
-const SEEDS: u64 = 3;

@@ -4,7 +4,6 @@ use sonel::study::response::receivers_of;
 use sonel_acoustics::{BandWidth, Bands, Coefficient, Material, Pattern};
 use sonel_analysis::what_if::{Fitness, fitness};
 use sonel_analysis::{Parameter, ReceiverParameters, parameters};
-use sonel_design::sensitivity::sensitivities;
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
@@ -258,8 +257,9 @@ fn derivatives_are_those_of_fresh_traces() {
     let wanted = [Parameter::Level, Parameter::T20];
     let mut traced = trace(&scene, 1);
     let receivers = receivers_of(&scene);
-    let varied = traced.varied(&receivers, few_rays());
-    let found = sensitivities(varied, &wanted, &mut |_, _| ()).expect("a valid map");
+    let (mut varied, both) =
+        (traced.varied(&receivers, few_rays()), [Coefficient::Absorption, Coefficient::Scattering]);
+    let found = varied.vary(&both, &mut |_, _| ()).expect("a valid map").sensitivities(&wanted);
     for (coefficient, change) in [(Coefficient::Absorption, 0.03), (Coefficient::Scattering, 0.1)] {
         let varied = |by: f64, seed: u64| {
             let mut scene = scene.clone();

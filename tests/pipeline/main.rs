@@ -2,7 +2,6 @@
 
 mod bad_input;
 mod choices;
-mod coefficients;
 mod comparison;
 mod duration;
 mod effects;

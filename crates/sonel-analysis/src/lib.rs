@@ -38,7 +38,6 @@ mod lateral;
 pub mod listed;
 pub mod map_comparison;
 pub mod materials;
-pub mod measured;
 mod missing;
 pub mod modal;
 pub mod modulation;

@@ -8,7 +8,7 @@
 //!
 //! - [`sweep`]: what is varied; [`runs`]: running it;
 //! - [`errors`]: bias and standard deviation of the parameters; [`fit`]: lines through them;
-//! - [`verdict`]: what follows; [`report`]: CSV, JSON, plots and a page.
+//! - [`verdict`]: what follows; [`report`]: JSON, plots and a page.
 
 pub mod errors;
 pub mod fit;

@@ -9,8 +9,8 @@
 //! filters that add up to one ring only as far as the amplitudes of neighbouring bands differ. A minimum-phase filter rings after the
 //! pulse alone, but delays each band differently and has to be computed for every pulse.
 
-/// Width of the transition between bands that keep to themselves [octaves].
-pub const NARROW: f64 = 1.0 / 24.0;
+/// Width of the transition between bands [octaves].
+const NARROW: f64 = 1.0 / 24.0;
 
 /// Gains of all bands at the frequencies of a Fourier transform.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,10 +20,9 @@ pub struct Crossover {
 }
 
 impl Crossover {
-    /// Crossover of bands with these nominal centres [Hz], ascending, at `count` frequencies `step_hz` apart from 0 Hz on, with transitions of a width
-    /// [octaves] of at most their distance.
+    /// Crossover of bands with these nominal centres [Hz], ascending, at `count` frequencies `step_hz` apart from 0 Hz on.
     #[must_use]
-    pub fn new(center_frequency_hz: &[f64], transition: f64, step_hz: f64, count: usize) -> Self {
+    pub fn new(center_frequency_hz: &[f64], step_hz: f64, count: usize) -> Self {
         let borders: Vec<f64> = center_frequency_hz
             .windows(2)
             .map(|pair| 0.5 * (libm::log2(pair[0]) + libm::log2(pair[1])))
@@ -32,7 +31,7 @@ impl Crossover {
         // How much of the amplitude belongs to the bands above each border.
         let above = |border: usize, octave: f64| match border.checked_sub(1) {
             None => 1.0,
-            Some(index) => borders.get(index).map_or(0.0, |middle| rise((octave - middle) / transition)),
+            Some(index) => borders.get(index).map_or(0.0, |middle| rise((octave - middle) / NARROW)),
         };
         let gain = |band: usize, octave: f64| above(band, octave) - above(band + 1, octave);
         let gains = (0..center_frequency_hz.len())
@@ -63,7 +62,7 @@ mod tests {
         for centers in
             [&[1000.0][..], &[63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0], &[250.0, 2000.0]]
         {
-            let crossover = Crossover::new(centers, NARROW, 10.0, 2401);
+            let crossover = Crossover::new(centers, 10.0, 2401);
             for index in 0..2401 {
                 let sum: f64 = (0..centers.len()).map(|band| crossover.gains(band)[index]).sum();
                 assert!((sum - 1.0).abs() < 1e-12, "{sum} at {index}");
@@ -73,7 +72,7 @@ mod tests {
 
     #[test]
     fn bands_meet_at_their_borders_and_keep_to_themselves_elsewhere() {
-        let crossover = Crossover::new(&[500.0, 1000.0, 2000.0], NARROW, 1.0, 4001);
+        let crossover = Crossover::new(&[500.0, 1000.0, 2000.0], 1.0, 4001);
         let border = 500.0 * std::f64::consts::SQRT_2;
         assert!((crossover.gains(1)[border.round() as usize] - 0.5).abs() < 0.05);
         for (frequency, gains) in

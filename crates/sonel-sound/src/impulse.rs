@@ -16,10 +16,9 @@ use sonel_echogram::Response;
 
 use crate::alignment::Aligned;
 use crate::ambisonics::{Frame, channels};
-use crate::crossover::{Crossover, NARROW};
+use crate::crossover::Crossover;
 use crate::fractional::Table;
 use crate::head::{self, Head};
-use crate::matching::{Gains, Matching};
 use crate::microphones::{self, Microphone};
 use crate::plane_waves::{PlaneWave, PlaneWaves};
 use crate::pulses::Pulses;
@@ -35,13 +34,11 @@ pub struct SoundSettings {
     pub seed: u64,
     /// Samples per second, one of [`crate::SAMPLE_RATES_HZ`].
     pub sample_rate_hz: u32,
-    /// Whether band energies per 10 ms are those of the response ([`crate::matching`]).
-    pub is_matched: bool,
 }
 
 impl Default for SoundSettings {
     fn default() -> Self {
-        Self { volume: None, seed: 1, sample_rate_hz: SAMPLE_RATE_HZ, is_matched: false }
+        Self { volume: None, seed: 1, sample_rate_hz: SAMPLE_RATE_HZ }
     }
 }
 
@@ -81,7 +78,6 @@ pub struct Synthesizer<'a> {
     crossover: Crossover,
     /// Waves of every source that reach its receivers, drawn when they are first needed. [S]
     waves: Vec<OnceLock<Vec<PlaneWave>>>,
-    matching: Option<Matching>,
     pub(crate) table: Table,
     pub(crate) transform: Transform,
     /// Called between small steps of the work.
@@ -98,16 +94,12 @@ impl<'a> Synthesizer<'a> {
         let padding = 2 * head::longest(settings.sample_rate_hz);
         let length = (samples + 2 * padding).next_power_of_two();
         let (step_hz, count) = (rate / length as f64, length / 2 + 1);
-        let crossover = Crossover::new(&response.center_frequency_hz, NARROW, step_hz, count);
-        let place = padding..padding + samples;
-        let matching = settings
-            .is_matched
-            .then(|| Matching::new(&response.center_frequency_hz, (rate, place), step_hz, count));
+        let crossover = Crossover::new(&response.center_frequency_hz, step_hz, count);
         let waves = vec![OnceLock::new(); response.sources()];
         let transform = Transform::new(length);
         let table = Table::new();
         let step = &|| ();
-        Self { response, settings, samples, padding, crossover, waves, matching, table, transform, step }
+        Self { response, settings, samples, padding, crossover, waves, table, transform, step }
     }
 
     /// Calls `step` many times a second. It stops the work by unwinding.
@@ -122,7 +114,7 @@ impl<'a> Synthesizer<'a> {
     /// When listed arrivals are not part of the echogram.
     pub fn impulse_response(&self, s: usize, r: usize) -> Result<Vec<f32>, SoundError> {
         let pulses = self.pulses((s, r))?;
-        Ok(self.filtered(&pulses, &self.rounds(&pulses), |_| Filter::gain(&1.0)))
+        Ok(self.filtered(&pulses, |_| Filter::gain(&1.0)))
     }
 
     /// The same at every microphone of an array about the receiver. Late sound of a response with directions reaches them from those.
@@ -132,10 +124,9 @@ impl<'a> Synthesizer<'a> {
     pub fn array(&self, (s, r): (usize, usize), array: &[Microphone]) -> Result<Vec<Vec<f32>>, SoundError> {
         microphones::check(self.response, array)?;
         let pulses = self.pulses((s, r))?;
-        let rounds = self.rounds(&pulses);
         let of_microphone = |microphone: &Microphone| {
             let pulses = microphones::displaced(&pulses, microphone, self.response.speed_of_sound)?;
-            Ok(self.filtered(&pulses, &rounds, |_| Filter::gain(&1.0)))
+            Ok(self.filtered(&pulses, |_| Filter::gain(&1.0)))
         };
         array.iter().map(of_microphone).collect()
     }
@@ -153,9 +144,8 @@ impl<'a> Synthesizer<'a> {
     ) -> Result<Vec<Vec<f32>>, SoundError> {
         let (pulses, frame) = self.directed_pulses((s, r), up)?;
         let gains: Vec<Vec<f64>> = pulses.direction.iter().map(|u| frame.gains(order, *u)).collect();
-        let rounds = self.rounds(&pulses);
         Ok((0..channels(order))
-            .map(|channel| self.filtered(&pulses, &rounds, |pulse| Filter::gain(&gains[pulse][channel])))
+            .map(|channel| self.filtered(&pulses, |pulse| Filter::gain(&gains[pulse][channel])))
             .collect())
     }
 
@@ -172,9 +162,8 @@ impl<'a> Synthesizer<'a> {
     ) -> Result<Vec<Vec<f32>>, SoundError> {
         let (pulses, frame) = self.directed_pulses((s, r), up)?;
         let weights: Vec<_> = pulses.direction.iter().map(|u| head.weights(frame.local(*u))).collect();
-        let rounds = self.rounds(&pulses);
         Ok((0..2)
-            .map(|ear| self.filtered(&pulses, &rounds, |pulse| head.weighted(&weights[pulse], ear).into()))
+            .map(|ear| self.filtered(&pulses, |pulse| head.weighted(&weights[pulse], ear).into()))
             .collect())
     }
 
@@ -205,36 +194,15 @@ impl<'a> Synthesizer<'a> {
         Ok((pulses, Frame::new(directions.lateral_axes[r].into(), up)))
     }
 
-    /// Gains that match the pressure with the response; none where they are not asked for. They are those of the pressure in all channels.
-    fn rounds(&self, pulses: &Pulses) -> Vec<Gains> {
-        let rounds = |matching: &Matching| {
-            let spectrum = self.spectrum(pulses, |_| Filter::gain(&1.0));
-            matching.rounds(&self.transform, pulses, spectrum, self.step)
-        };
-        self.matching.as_ref().map(rounds).unwrap_or_default()
-    }
-
     /// Samples from the emission to the end of the echogram of a spectrum.
     pub(crate) fn pressure(&self, spectrum: Spectrum) -> Vec<f32> {
         let pressure = self.transform.signal(spectrum);
         pressure[self.padding..self.padding + self.samples].iter().map(|value| *value as f32).collect()
     }
 
-    /// The sum of all pulses, each through a filter, matched.
-    fn filtered<'t>(
-        &self,
-        pulses: &Pulses,
-        rounds: &[Gains],
-        filter_of: impl Fn(usize) -> Filter<'t>,
-    ) -> Vec<f32> {
-        let mut spectrum = self.spectrum(pulses, filter_of);
-        for (matching, gains) in
-            self.matching.iter().flat_map(|one| rounds.iter().map(move |gains| (one, gains)))
-        {
-            (self.step)();
-            spectrum = matching.multiplied(&self.transform, &spectrum, gains);
-        }
-        self.pressure(spectrum)
+    /// The sum of all pulses, each through a filter.
+    fn filtered<'t>(&self, pulses: &Pulses, filter_of: impl Fn(usize) -> Filter<'t>) -> Vec<f32> {
+        self.pressure(self.spectrum(pulses, filter_of))
     }
 
     /// Spectrum of the sum of all pulses, each through a filter, in their bands.
@@ -293,7 +261,7 @@ mod tests {
     use std::f64::consts::PI;
 
     const ROOM: SoundSettings =
-        SoundSettings { volume: Some(100.0), seed: 1, sample_rate_hz: SAMPLE_RATE_HZ, is_matched: false };
+        SoundSettings { volume: Some(100.0), seed: 1, sample_rate_hz: SAMPLE_RATE_HZ };
     const CENTERS: [f64; 3] = [500.0, 1000.0, 2000.0];
     /// On sample 590.
     const DIRECT_TIME: f64 = 590.0 / 48_000.0;
@@ -470,9 +438,6 @@ mod tests {
     #[test]
     fn the_first_channel_is_the_impulse_response_and_direct_sound_is_ahead() {
         let response = directed([0.001; 3], [0.0; 3]);
-        let matched = Synthesizer::new(&response, SoundSettings { is_matched: true, ..ROOM });
-        let channel = matched.ambisonics((0, 0), 1, UP).unwrap().swap_remove(0);
-        assert_eq!(channel, matched.impulse_response(0, 0).unwrap());
         let synthesizer = Synthesizer::new(&response, ROOM);
         let channels = synthesizer.ambisonics((0, 0), 3, UP).unwrap();
         assert!(channels.len() == 16 && channels[0] == synthesizer.impulse_response(0, 0).unwrap());

@@ -2,7 +2,7 @@
 //!
 //! A response has energies per band and time, no phases. [`impulse`] draws a pressure with these energies: listed
 //! arrivals as single pulses ([`pulses`]), everything else as pulses of [`plane_waves`] that all receivers share. Pulses lie between samples
-//! ([`fractional`]), linear-phase band filters ([`crossover`]) shape them, and [`matching`] gives one draw the energies of the echogram. Where the response has directions, so have the pulses: in [`ambisonics`], or at the
+//! ([`fractional`]), and linear-phase band filters ([`crossover`]) shape them. Where the response has directions, so have the pulses: in [`ambisonics`], or at the
 //! ears of a [`head`], or at [`microphones`] about a receiver. [`measured`] reads impulse responses of measurements. [`iacc`](iacc()) reads the correlation of two ears.
 //! [`convolution`] applies it to a recording, [`walk`](walk()) to one that a moving listener hears, [`wav`] reads and writes.
 //!
@@ -21,7 +21,6 @@ pub mod fractional;
 pub mod head;
 mod iacc;
 pub mod impulse;
-pub mod matching;
 pub mod measured;
 pub mod microphones;
 pub mod octave_filter;

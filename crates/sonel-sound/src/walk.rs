@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use sonel_echogram::Response;
 
 use crate::ambisonics::{Frame, channels};
-use crate::crossover::{Crossover, NARROW};
+use crate::crossover::Crossover;
 use crate::fractional::HALF;
 use crate::impulse::{Filter, SoundSettings, Synthesizer};
 use crate::microphones::{self, Microphone};
@@ -104,8 +104,7 @@ pub fn walk(
         }
     };
     let places = (0..found).map(|r| Pulses::of_arrivals(response, (s, r))).collect::<Result<Vec<_>, _>>()?;
-    let synthesizer =
-        Synthesizer::new(response, SoundSettings { is_matched: false, ..settings }).with_step(step);
+    let synthesizer = Synthesizer::new(response, settings).with_step(step);
     let samples = if signal.is_empty() { 0 } else { signal.len() + synthesizer.samples - 1 };
     let walked = Walk { response, s, path, places, signal, samples, synthesizer };
     let mut sums = walked.early(&spots)?;
@@ -151,12 +150,8 @@ impl Walk<'_> {
         let padding = self.synthesizer.padding;
         let length = (self.signal.len() + 2 * padding).next_power_of_two();
         let transform = Transform::new(length);
-        let crossover = Crossover::new(
-            &self.response.center_frequency_hz,
-            NARROW,
-            self.rate() / length as f64,
-            length / 2 + 1,
-        );
+        let crossover =
+            Crossover::new(&self.response.center_frequency_hz, self.rate() / length as f64, length / 2 + 1);
         let mut padded = transform.silence();
         padded[padding..].iter_mut().zip(self.signal).for_each(|(to, from)| *to = f64::from(*from));
         let spectrum = transform.spectrum(padded);

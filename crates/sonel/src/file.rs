@@ -38,6 +38,20 @@ pub fn read_to_string(path: &Path) -> io::Result<String> {
     Ok(text)
 }
 
+/// Files that have the permissions of a new file: temporary ones are private to their owner.
+#[cfg(unix)]
+fn temporary() -> tempfile::Builder<'static, 'static> {
+    use std::os::unix::fs::PermissionsExt;
+    let mut builder = tempfile::Builder::new();
+    builder.permissions(std::fs::Permissions::from_mode(0o666));
+    builder
+}
+
+#[cfg(not(unix))]
+fn temporary() -> tempfile::Builder<'static, 'static> {
+    tempfile::Builder::new()
+}
+
 /// Writes `content` to a file beside `path` and puts it in its place.
 pub(crate) fn write(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
     let failed = |error: Error| Error::At {
@@ -46,7 +60,7 @@ pub(crate) fn write(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> R
     };
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let written = || -> Result<()> {
-        let (file, place) = tempfile::NamedTempFile::new_in(folder)?.into_parts();
+        let (file, place) = temporary().tempfile_in(folder)?.into_parts();
         let mut out = BufWriter::new(file);
         content(&mut out)?;
         out.flush()?;

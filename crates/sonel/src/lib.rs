@@ -59,7 +59,7 @@ pub mod geometry {
 pub mod scenes {
     pub use sonel_scene::{
         Draft, DraftOptions, Purpose, Region, Scene as CompiledScene, SceneErrors, checkup, draft,
-        draft_shoebox, folded, library, load_materials, load_receivers, materials_toml, shell_word,
+        draft_shoebox, folded, library, load_materials, load_receivers, shell_word,
     };
 }
 /// Settings of a rendering, and pictures of energy on surfaces.
@@ -85,6 +85,7 @@ pub use sonel_drawing as drawing;
 
 pub mod checkup;
 mod coefficients;
+mod count;
 mod error;
 mod feasible;
 pub mod file;
@@ -102,32 +103,36 @@ mod scene;
 pub mod sound;
 mod store;
 pub mod study;
+mod time;
 mod trace;
 mod variants;
 pub mod version;
 
 pub use coefficients::{Coefficients, MaterialKey};
+pub use count::parse_count;
 pub use error::{Error, Result, with_options_spelled};
 pub use map::Map;
 pub use observer::{Observer, Severity, Silent};
 pub use render::{
     AbsorptionUncertainty, Air, Audience, Axis, Change, ClassShare, Grid, GridCounts, MaterialVariants,
-    PreparedRendering, Refinement, RenderOptions, Rendered, VERSION as RENDERER_VERSION,
+    PreparedRendering, Refinement, RenderOptions, Rendered, VERSION as RENDERER_VERSION, parse_diffraction,
 };
-pub use response::{Parameters, Response, Surroundings};
+pub use response::{Parameters, Response, Surroundings, system};
 pub use scene::{Material, Scene, SceneBuilder, check_file};
 #[cfg(feature = "sound")]
 pub use sound::{Channels, SPACINGS, SoundOptions, microphone, places};
 pub use store::TemporaryMaps;
+pub use time::parse_time;
 pub use trace::{PreparedTrace, TraceOptions, Traced, VERSION as TRACER_VERSION};
 pub use variants::{Alternatives, Variants};
 
 pub use crate::study::effects::{Effect, EffectSpec as Effects};
 pub use crate::study::pipeline::{Clock, InMemory, MapStore};
 pub use crate::study::plan::Plan;
+pub use crate::study::sensitivity::Varied;
 pub use crate::study::target::Targets;
-pub use sonel_acoustics::{AbsorptionLaw, BandWidth, Bands, Pattern};
-pub use sonel_analysis::{Parameter, ParameterValue};
+pub use sonel_acoustics::{AbsorptionLaw, BandWidth, Bands, Coefficient, Pattern};
+pub use sonel_analysis::{Estimate, Parameter, ParameterValue};
 pub use sonel_map::{Mode, ShardRange, Spectral};
 pub use sonel_renderer::{Estimator, ReceiverPoint, Sensitivity};
 pub use sonel_scene::checkup::Checkup;

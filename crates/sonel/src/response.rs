@@ -1,6 +1,8 @@
 //! Responses: echograms and what is read from them.
 
+use std::collections::BTreeMap;
 use std::io::{Read, Seek};
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use glam::DVec3;
@@ -130,6 +132,43 @@ impl Response {
             receivers: self.echograms.receivers(),
         }
     }
+}
+
+/// What becomes of each source of a response within one system: `gains` [dB] and `delays` [ms] by name, those of its scene where none is given.
+///
+/// # Errors
+/// When a gain or delay is of no source, given twice or impossible, here or in the response.
+pub fn system(
+    echograms: &Echograms,
+    gains: &[(String, f64)],
+    delays: &[(String, f64)],
+) -> Result<Vec<SourceChange>> {
+    let names = &echograms.source_names;
+    let of = |given: &[(String, f64)], what: &str, range: RangeInclusive<f64>, unit: &str| {
+        let mut found = BTreeMap::new();
+        for (name, value) in given {
+            let problem = if !names.contains(name) {
+                format!("the response has no such source; it has {}", names.join(", "))
+            } else if !range.contains(value) {
+                format!("{value} {unit} is outside {} … {} {unit}", range.start(), range.end())
+            } else if found.insert(name.clone(), *value).is_some() {
+                "it is given twice".to_owned()
+            } else {
+                continue;
+            };
+            return Err(Error::refused(format!("{what} of \"{name}\": {problem}")));
+        }
+        Ok(found)
+    };
+    let (least, most) = SourceChange::DELAYS.into_inner();
+    let gains = of(gains, "gain", SourceChange::GAINS_DB, "dB")?;
+    let delays = of(delays, "delay", 1e3 * least..=1e3 * most, "ms")?;
+    let stated = echograms.stated_changes().map_err(|problem| Error::refused(problem.to_string()))?;
+    let change = |(name, stated): (&String, SourceChange)| SourceChange {
+        gain_db: gains.get(name).copied().unwrap_or(stated.gain_db),
+        delay: delays.get(name).map_or(stated.delay, |delay| 1e-3 * delay),
+    };
+    Ok(names.iter().zip(stated).map(change).collect())
 }
 
 /// A measured impulse response as a response at the receiver that the file is named after.

@@ -35,13 +35,11 @@ pub struct SoundOptions {
     pub seed: Option<u64>,
     /// Samples per second, 8000 … 192 000.
     pub sample_rate_hz: u32,
-    /// Whether the energies of each band per 10 ms are those of the response in each impulse response, not in the mean of many alone.
-    pub is_matched: bool,
 }
 
 impl Default for SoundOptions {
     fn default() -> Self {
-        Self { seed: None, sample_rate_hz: SAMPLE_RATE_HZ, is_matched: false }
+        Self { seed: None, sample_rate_hz: SAMPLE_RATE_HZ }
     }
 }
 
@@ -101,7 +99,7 @@ impl Response {
     /// Settings of the synthesis, and the direction up.
     fn settings(&self, channels: Channels<'_>, options: SoundOptions) -> Result<(SoundSettings, DVec3)> {
         let room = self.surroundings();
-        let SoundOptions { seed, sample_rate_hz, is_matched } = options;
+        let SoundOptions { seed, sample_rate_hz } = options;
         if !SAMPLE_RATES_HZ.contains(&sample_rate_hz) {
             return Err(Error::refused(format!(
                 "the sample rate is {sample_rate_hz} Hz: give 8000 … 192000 Hz"
@@ -112,7 +110,7 @@ impl Response {
             Channels::Ambisonics(_) | Channels::Ears(_) => room.upward()?,
         };
         let (volume, seed) = (room.volume, seed.unwrap_or(room.seed));
-        Ok((SoundSettings { volume, seed, sample_rate_hz, is_matched }, up))
+        Ok((SoundSettings { volume, seed, sample_rate_hz }, up))
     }
 
     /// Impulse responses of all sources at all receivers, [S × R, channels, samples]: pressure synthesised from the energies. Direct

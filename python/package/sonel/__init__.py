@@ -23,7 +23,8 @@ from typing import TYPE_CHECKING, Any, TypeVar, Union
 
 import numpy as np
 
-from . import _input, _rooms, _sonel
+from . import _fit, _input, _rooms, _sonel
+from ._fit import Fit
 from ._rooms import RandomRooms
 from ._sonel import Error, __version__
 
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     import pandas
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Error", "Map", "RandomRooms", "Response", "Scene", "__version__", "check", "dataset", "random_rooms", "trace"]
+__all__ = ["Error", "Fit", "Map", "RandomRooms", "Response", "Scene", "__version__", "check", "dataset", "fit", "random_rooms", "trace"]
 
 _Path = Union[str, "os.PathLike[str]"]
 _Progress = Union[None, bool, Callable[[str, float], object]]
@@ -678,7 +679,6 @@ def dataset(
     shards: Iterable[_Whole] | None = None,
     format: str = "npz",  # noqa: A002 - the word for it
     sample_rate: _Whole | float = 16_000,
-    match: bool = False,
     seed: _Whole | None = None,
     early: _Whole = 16,
     duration: float | None = None,
@@ -706,7 +706,7 @@ def dataset(
         Numbers of the shards to write, from 0 (default all): jobs of a cluster that share a folder write one each.
     format
         npz, or tar of WebDataset.
-    sample_rate, match
+    sample_rate
         As for `Response.impulse_responses`.
     seed
         Of the pulses (default that of the map), mixed with the number of the room: room i has the pulses of
@@ -734,7 +734,6 @@ def dataset(
 
     options: dict[str, Any] = {
         "sample_rate": _rate(sample_rate),
-        "match": match,
         "seed": None if seed is None else _input.whole(seed, "seed", 0, _input.SEED),
         "early": _input.whole(early, "early"),
         "duration": duration,
@@ -752,6 +751,57 @@ def dataset(
         options=options,
         progress=progress,
     )
+
+
+def fit(
+    map: Map,  # noqa: A002 - what it is
+    measured: Mapping[str, ArrayLike],
+    *,
+    sigma: Mapping[str, ArrayLike] | None = None,
+    receivers: _Points | None = None,
+    materials: Sequence[str] | None = None,
+    prior_sigma: float = 0.5,
+    rays: _Whole | float | None = None,
+    threads: _Whole | None = None,
+    progress: _Progress = None,
+) -> Fit:
+    """Absorption of materials with which a room has measured, or wanted, parameters. Needs scipy.
+
+    Least squares of the deviations in standard deviations and of what is believed (docs/what-if.md). Errors of measurement count as independent.
+
+    Parameters
+    ----------
+    map
+        The map of the room; its absorption is what is believed before the measurement.
+    measured
+        Values by the keys of `Response.parameters`, such as {"t20_s": …, "clarity_c80_db": …}, each one number for all or of a shape that
+        broadcasts to [S, R, B]; NaN where nothing was measured.
+    sigma
+        Their standard deviations, likewise (default half a just-noticeable difference).
+    receivers
+        Where it was measured, as for `Map.render`.
+    materials
+        Names of those that may change (default all).
+    prior_sigma
+        Standard deviation w of what is believed, in y = ln((α − τ)/(1 − α)): 0.5 is ± 65 % of small coefficients and ± 0.12 in the middle.
+    rays
+        Visibility rays per receiver, as for `Map.render`.
+    threads, progress
+        As for `trace`.
+
+    Returns
+    -------
+    Fit
+        Absorption with 95 % intervals, and which of it the data determine.
+
+    Raises
+    ------
+    Error
+        scipy is missing; bad input; coefficients that the paths of the map do not carry, with the command that traces those that do.
+    """
+    map = _input.of_kind(map, Map, "map", "a sonel.Map of the room")  # noqa: A001 - what it is
+    options = {"rays": rays, "threads": threads, "progress": progress}
+    return _fit.fit(map, measured, sigma, receivers, materials, prior_sigma, options)
 
 
 class Map(_Managed):
@@ -796,7 +846,8 @@ class Map(_Managed):
         Error
             Another file is there, or it cannot be written.
         """
-        self._inner.save(os.fspath(path))
+        is_map = lambda begin: begin.startswith(b"SONELMAP")  # noqa: E731
+        self._inner.save(_input.output(os.fspath(path), "a sonel map", is_map, self._inner.path))
         self._path = self._path or Path(path).absolute()
 
     def render(
@@ -924,11 +975,67 @@ class Map(_Managed):
             "memory": memory,
             "threads": threads,
         }
+        with _Text(progress) as follower:
+            return Response(self._inner.render(self._places(receivers), _LOGGER.log, follower, **keywords))
+
+    @staticmethod
+    def _places(receivers: _Points | None) -> list[_sonel.Receiver]:
         places = [] if receivers is None else [_receiver(**point) for point in _points(receivers, "receiver")]
         if receivers is not None and not places:
             raise Error("receivers is empty: give positions, or None for the receivers of the scene")
-        with _Text(progress) as follower:
-            return Response(self._inner.render(places, _LOGGER.log, follower, **keywords))
+        return places
+
+    def sensitivity(
+        self,
+        receivers: _Points | None = None,
+        *,
+        coefficient: str = "absorption",
+        set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+        rays: _Whole | float | None = None,
+        threads: _Whole | None = None,
+        progress: _Progress = None,
+    ) -> NDArray[np.void]:
+        """Derivatives of parameters by a coefficient of every material, from one rendering: what sonel-analyze sensitivity prints.
+
+        Parameters
+        ----------
+        receivers
+            As for `render`.
+        coefficient
+            "absorption" or "scattering".
+        set, rays
+            As for `render`.
+        threads, progress
+            As for `trace`.
+
+        Returns
+        -------
+        NDArray[np.void]
+            A structured array of shape [S, R, M, B], the materials in the order of `materials`. Fields: each parameter of `Response.parameters`
+            that every receiver has, such as t30_s, its derivative per unit of the coefficient, and as NAME_low and NAME_high the limits of its
+            95 % interval. Edges do not diffract. NaN where no packet depends on the coefficient.
+
+        Raises
+        ------
+        Error
+            Bad input: what is wrong, where, and what is allowed.
+        """
+        options = {"rays": rays, "threads": threads, "progress": progress}
+        *_, slope, half_width = self._derivatives(receivers, coefficient, set, options)
+        keys = [key for key, _, _ in _fit.PARAMETERS]
+        found = np.empty(slope.shape[1:], dtype=[(key + end, "f8") for key in keys for end in ("", "_low", "_high")])
+        for key, middle, half in zip(keys, slope, half_width):
+            found[key], found[f"{key}_low"], found[f"{key}_high"] = middle, middle - half, middle + half
+        return found
+
+    def _derivatives(
+        self, receivers: _Points | None, coefficient: str, set: Mapping[str, Any] | None, options: dict[str, Any]  # noqa: A002
+    ) -> list[NDArray[np.float64]]:
+        """Values, values without each batch, weights of the batches, derivatives with the material last but one, halves of their intervals."""
+        keywords = {"set": set, "rays": options["rays"], "threads": options["threads"]}
+        with _Text(options["progress"]) as follower:
+            found = self._inner.sensitivity(self._places(receivers), coefficient, _LOGGER.log, follower, **keywords)
+        return [np.asarray(array) for array in found]
 
     def refine(self, receivers: _Points | None = None, **options: Any) -> Iterator[Response]:
         """Renders as `render` does, again and again, each time with twice the batches.
@@ -1032,6 +1139,17 @@ class Map(_Managed):
         return self._inner.digest
 
     @property
+    def materials(self) -> dict[str, dict[str, NDArray[np.float64]]]:
+        """Absorption, scattering and transmission of each material by its name, [B]."""
+        keys = ("absorption", "scattering", "transmission")
+        return {name: dict(zip(keys, map(np.array, numbers))) for name, numbers in self._inner.materials}
+
+    @property
+    def center_frequencies(self) -> NDArray[np.float64]:
+        """Nominal band centres [Hz], shape [B]."""
+        return np.array(self._inner.center_frequencies)
+
+    @property
     def packets(self) -> int:
         """Emissions per source."""
         return self._inner.packets
@@ -1099,7 +1217,9 @@ class Response(_Managed):
         Error
             Another file is there, or it cannot be written.
         """
-        self._inner.save(os.fspath(path))
+        # A local header of 30 bytes precedes the name of the first array.
+        is_response = lambda begin: begin.startswith(b"PK\x03\x04") and begin[30:].startswith(b"format_version.npy")  # noqa: E731
+        self._inner.save(_input.output(os.fspath(path), "a response", is_response))
 
     def __getitem__(self, key: str) -> NDArray[Any]:
         """One of the arrays in docs/formats/response.md; KeyError where the response has no such array."""
@@ -1222,7 +1342,6 @@ class Response(_Managed):
         array: _Points | None = None,
         seed: _Whole | None = None,
         sample_rate: _Whole | float = 48_000,
-        match: bool = False,
     ) -> NDArray[np.float32]:
         """Pressure impulse responses: the samples of `sonel-render --wav` (docs/formats/sound.md).
 
@@ -1243,9 +1362,6 @@ class Response(_Managed):
             Of the waves of late sound (default that of the rendering).
         sample_rate
             Samples per second, 8000 to 192000. Responses are made at this rate; do not convert them like recordings.
-        match
-            Scale every band each 10 ms to the energies of the response: T30 and levels of one impulse response are then those of the
-            response, not of the mean of many seeds alone. Direct sound is scaled too.
 
         Returns
         -------
@@ -1259,7 +1375,7 @@ class Response(_Managed):
         """
         channels = _channels(ambix=ambix, hrtf=hrtf, array=array)
         number = None if seed is None else _input.whole(seed, "seed", 0, _input.SEED)
-        return np.asarray(self._inner.impulse_responses(channels, number, _rate(sample_rate), match))
+        return np.asarray(self._inner.impulse_responses(channels, number, _rate(sample_rate)))
 
     def to_sofa(
         self,
@@ -1270,7 +1386,6 @@ class Response(_Managed):
         array: _Points | None = None,
         seed: _Whole | None = None,
         sample_rate: _Whole | float = 48_000,
-        match: bool = False,
     ) -> None:
         """Writes `impulse_responses` as SOFA of the convention SingleRoomSRIR (AES69), a measurement for every source and receiver.
 
@@ -1280,7 +1395,7 @@ class Response(_Managed):
         ----------
         path
             A file `.sofa`. Files that are there are not replaced.
-        ambix, hrtf, array, seed, sample_rate, match
+        ambix, hrtf, array, seed, sample_rate
             As for `impulse_responses`.
 
         Raises
@@ -1290,7 +1405,7 @@ class Response(_Managed):
         """
         from . import _sofa
 
-        options = {"hrtf": hrtf, "seed": seed, "match": match}
+        options = {"hrtf": hrtf, "seed": seed}
         microphones = None if array is None else _points(array, "microphone")
         order = None if ambix is None else _input.whole(ambix, "ambix", 1, 7)
         _sofa.write(self, Path(path), ambix=order, array=array, microphones=microphones, sample_rate=_rate(sample_rate), **options)

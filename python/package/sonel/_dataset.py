@@ -164,7 +164,7 @@ def _rows(
     # Copies of a room in other materials would otherwise share the pulses of their late sound.
     seed = room.seed if options["seed"] is None else options["seed"]
     mixed = int(np.random.SeedSequence([seed, index]).generate_state(1, np.uint64)[0] >> 1)
-    sounds = {"seed": mixed, "sample_rate": options["sample_rate"], "match": options["match"]}
+    sounds = {"seed": mixed, "sample_rate": options["sample_rate"]}
     responses = response.impulse_responses(array=microphones, **sounds)
     places = np.zeros((1, 3)) if microphones is None else _positions(microphones)
     labels = _labels(response, options["early"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import os
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -60,3 +61,18 @@ def check_keywords(given: Iterable[str], function: Callable[..., Any], name: str
     for key in given:
         if key not in known:
             raise Error(f"{name} has no option {key!r}: give those of {', '.join(known)}")
+
+
+def output(path: str, name: str, is_earlier: Callable[[bytes], bool], source: str | os.PathLike[str] | None = None) -> str:
+    """A path that may be written: where a file is, it is an earlier one of its kind or empty, and not the `source`."""
+    if not os.path.lexists(path):
+        return path
+    if source is not None and os.path.exists(source) and os.path.samefile(path, source):
+        raise Error(f"{path} is an input of this object: choose another output")
+    if not os.path.isfile(path):
+        raise Error(f"{path} is not a regular file: choose another output")
+    with open(path, "rb") as file:
+        begin = file.read(64)
+    if begin and not is_earlier(begin):
+        raise Error(f"{path} exists and is not {name}: delete it first, or choose another output")
+    return path

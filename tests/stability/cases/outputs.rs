@@ -253,9 +253,7 @@ fn plans_of_hopeless_rooms_have_reasons() {
             wrong.extend(judge(name, &error, false));
             continue;
         }
-        for file in ["README.md", "tradeoff.csv", "parameters.csv"] {
-            wrong.extend(judge(&format!("{name}, {file}"), &folder.text(&format!("study.d/{file}")), false));
-        }
+        wrong.extend(judge(&format!("{name}, README.md"), &folder.text("study.d/README.md"), false));
         wrong.extend(judge(&format!("{name}, tradeoff.json"), &folder.text("study.d/tradeoff.json"), true));
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

@@ -17,13 +17,10 @@ use sonel_console::receiver::parse_receiver;
 use sonel_render::SoundArguments;
 use sonel_view::HeadArguments;
 
-mod coefficients;
 mod parameters;
 mod plot;
 mod speech;
 
-pub(crate) use coefficients::{Change, To};
-pub use coefficients::{FitArguments, OptimiseArguments};
 pub use parameters::Parameters;
 pub use plot::{Plot, What};
 pub(crate) use speech::OpenPlan;
@@ -69,10 +66,6 @@ pub enum Command {
     Diff(Diff),
     /// Rank surfaces: derivatives of parameters by absorption and scattering of every material.
     Sensitivity(SensitivityArguments),
-    /// Fit absorption, and optionally scattering, to measured parameters.
-    Fit(FitArguments),
-    /// Find the cheapest change of materials that reaches given parameters.
-    Optimise(OptimiseArguments),
     /// Plot echogram, decay, early reflections, parameters and plans of receivers, as SVG or PNG.
     Plot(Plot),
     /// Write one HTML file that opens offline: room, echograms, parameters, effects, provenance.
@@ -172,12 +165,12 @@ pub struct IaccArguments {
 #[command(after_help = "Example:
   sonel-analyze tradeoff scenes/shoebox/scene.toml -o shoebox-tradeoff
   sonel-analyze tradeoff scenes/hall/scene.toml -o survival \\
-    --vary packets,survival --repeats 12
+    --survival 0.15,0,0.05,0.4,1 --repeats 12
   sonel-analyze tradeoff scenes/hall/scene.toml -o rays \\
     --estimator gather --rays 16k,4k,64k
 
 Properties are varied one at a time about the base setting, which has the first value of each list. The folder then \
-has README.md with a recommendation, plots, tradeoff.csv, parameters.csv and tradeoff.json.")]
+has README.md with a recommendation, plots and tradeoff.json.")]
 pub struct Tradeoff {
     /// Scene file; errors are evaluated at its receivers.
     #[arg(value_name = "SCENE.toml")]
@@ -185,11 +178,7 @@ pub struct Tradeoff {
     /// Folder of the results, created if it does not exist; each file is replaced when the new one is complete.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Properties to vary one at a time, with usual values: packets, survival, mode, estimator, rays, radius [default: packets
-    /// and estimator, unless lists of values are given].
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "PROPERTIES")]
-    pub vary: Vec<Property>,
-    /// Numbers of packets per source to try.
+    /// Numbers of packets per source to try [default: 1k,4k,16k,64k].
     #[arg(long, alias = "sonels", value_delimiter = ',', value_name = "N,…", value_parser = parse_count, allow_negative_numbers = true)]
     pub packets: Vec<u64>,
     /// Survival exponents β to try, 0 … 1.
@@ -198,7 +187,7 @@ pub struct Tradeoff {
     /// Methods to try.
     #[arg(long, value_parser = mode(), value_delimiter = ',', value_name = "MODE,…")]
     pub mode: Vec<Mode>,
-    /// Estimators to try.
+    /// Estimators to try [default: all, unless several values of another option are given].
     #[arg(long, value_parser = estimator(), value_delimiter = ',', value_name = "ESTIMATOR,…")]
     pub estimator: Vec<Estimator>,
     /// Numbers of visibility rays to try.
@@ -222,24 +211,6 @@ pub struct Tradeoff {
     /// Simulated effects: auto, all or none, then changes such as auto,-air [default: auto].
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
     pub effects: Option<EffectSpec>,
-}
-
-/// `--vary`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Property {
-    /// Emissions per source.
-    #[value(alias = "sonels")]
-    Packets,
-    /// Survival exponent β.
-    Survival,
-    /// Method.
-    Mode,
-    /// Estimator.
-    Estimator,
-    /// Visibility rays.
-    Rays,
-    /// Radius of the discs.
-    Radius,
 }
 
 /// `sensitivity`.

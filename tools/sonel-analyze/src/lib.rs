@@ -4,7 +4,6 @@ mod arguments;
 mod auralise;
 mod diff;
 mod export;
-mod fit;
 mod iacc;
 mod image;
 mod inspect;
@@ -12,7 +11,6 @@ mod listen;
 mod merge;
 mod open;
 mod open_plan;
-mod optimise;
 mod parameters;
 mod plot;
 mod sensitivity;
@@ -26,8 +24,8 @@ use sonel::version::version;
 use sonel_console::{Log, Outcome, use_threads};
 
 pub use arguments::{
-    Arguments, Auralise, Command, Diff, Export, FitArguments, Format, IaccArguments, Image, Inspect, Listen,
-    Merge, OptimiseArguments, Parameters, Plot, Report, Verify, What,
+    Arguments, Auralise, Command, Diff, Export, Format, IaccArguments, Image, Inspect, Listen, Merge,
+    Parameters, Plot, Report, Verify, What,
 };
 
 /// Version of this program: the revision is that of what it renders.
@@ -48,9 +46,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         Command::Image(image) => image::run(image, arguments.quiet, log),
         Command::Merge(merge) => merge::run(merge, arguments.quiet, log),
         Command::Diff(diff) => diff::run(diff, out),
-        Command::Sensitivity(sensitivity) => sensitivity::run(sensitivity, arguments.quiet, out),
-        Command::Fit(fit) => fit::run(fit, arguments.quiet, out, log),
-        Command::Optimise(optimise) => optimise::run(optimise, arguments.quiet, out, log),
+        Command::Sensitivity(sensitivity) => sensitivity::run(sensitivity, arguments.quiet, out, log),
         Command::Plot(plot) => plot::run(plot, log),
         Command::Report(Report { files, output, heard, head }) => {
             sonel_view::freeze(files, output, heard, head, None, arguments.quiet, log)

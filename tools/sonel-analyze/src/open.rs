@@ -8,7 +8,7 @@ use anyhow::{Context, bail};
 use sonel::analysis::survey::{Survey, survey};
 use sonel::echograms::Echograms;
 use sonel::geometry::Geometry;
-use sonel::map::{Mode, SonelMap};
+use sonel::map::SonelMap;
 use sonel::sound::Recording;
 use sonel_console::artifact::{self, Artifact};
 use sonel_console::{input, spelled};
@@ -75,23 +75,6 @@ pub(crate) fn checked_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
     let (map, geometry) = map(path)?;
     map.check_surfaces(&geometry).with_context(named)?;
     map.check_paths(geometry.surfaces().len() as u32).with_context(named)?;
-    Ok((map, geometry))
-}
-
-/// The whole map in `path`, its paths checked, for other coefficients.
-///
-/// # Errors
-/// When the file cannot be read, is no valid map, a shard or of the paper's mode.
-pub(crate) fn changeable_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
-    let named = || path.display().to_string();
-    let (map, geometry) = checked_map(path)?;
-    map.require_whole().with_context(named)?;
-    if map.header().settings.mode == Mode::Paper {
-        bail!(
-            "{}: materials of maps of --mode paper cannot be changed: trace with --mode accurate",
-            path.display()
-        );
-    }
     Ok((map, geometry))
 }
 

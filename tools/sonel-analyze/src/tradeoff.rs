@@ -6,9 +6,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use sonel::TemporaryMaps;
 use sonel::drawing::plot::{self, Sheet};
-use sonel::geometry::Geometry;
 use sonel::map::{Mode, Settings};
-use sonel::rendering::{Estimator, RenderSettings, free_path};
+use sonel::rendering::{Estimator, RenderSettings};
 use sonel::study::effects::{self, EffectSpec};
 use sonel::study::pipeline::Room;
 use sonel::study::response::receivers_of;
@@ -20,17 +19,12 @@ use sonel_console::{Log, Outcome, Stopwatch};
 use sonel_design::tradeoff::report::{self, Findings};
 use sonel_design::tradeoff::{Levels, Setting, Sweep, conduct, verdict};
 
-use crate::arguments::{Property, Tradeoff};
+use crate::arguments::Tradeoff;
 
-/// Packets tried where they are varied, and where they are not.
+/// Packets that are tried unless others are given.
 const PACKETS: [u64; 4] = [1_000, 4_000, 16_000, 64_000];
-const FIXED_PACKETS: u64 = 16_000;
 /// The reference has this many times the most packets.
 const REFERENCE: u64 = 4;
-/// Usual values of the other properties, the default first. Radii are in mean free paths.
-const SURVIVALS: [f64; 5] = [0.15, 0.0, 0.05, 0.4, 1.0];
-const RAYS: [u32; 4] = [32_768, 8_192, 131_072, 524_288];
-const RADII: [f64; 4] = [0.03, 0.015, 0.06, 0.12];
 
 /// Runs the sweep and writes everything about it.
 ///
@@ -67,7 +61,7 @@ pub(crate) fn run(
         writeln!(log, "{sentence}")?;
     }
     let room = Room::within(&scene, geometry, effects::states(&decisions, mode));
-    let sweep = sweep(arguments, room.geometry());
+    let sweep = sweep(arguments);
     // Whatever is wrong with the output shall be said before the work is done.
     output::make_folder(folder)?;
     for (name, kind) in FILES {
@@ -88,13 +82,11 @@ pub(crate) fn run(
 }
 
 /// The files of the folder.
-const FILES: [(&str, Kind); 8] = [
+const FILES: [(&str, Kind); 6] = [
     ("deviation.svg", Kind::DRAWING),
     ("bias.svg", Kind::DRAWING),
     ("efficiency.svg", Kind::DRAWING),
     ("cost.svg", Kind::DRAWING),
-    ("tradeoff.csv", Kind::TRADEOFF_TABLE),
-    ("parameters.csv", Kind::TRADEOFF_TABLE),
     ("tradeoff.json", Kind::TRADEOFF_REPORT),
     ("README.md", Kind::TRADEOFF_PAGE),
 ];
@@ -112,8 +104,6 @@ fn write_all(folder: &Path, inputs: &[PathBuf], findings: &Findings<'_>) -> anyh
     drawing("bias.svg", report::bias(findings))?;
     drawing("efficiency.svg", report::efficiency(findings))?;
     drawing("cost.svg", report::cost(findings))?;
-    file("tradeoff.csv", &|out| Ok(report::curves_csv(findings, out)?))?;
-    file("parameters.csv", &|out| Ok(report::parameters_csv(findings, out)?))?;
     file("tradeoff.json", &|out| Ok(writeln!(out, "{:#}", report::json(findings))?))?;
     // The page last: whoever finds it finds what it shows.
     file("README.md", &|out| Ok(out.write_all(report::markdown(findings, &command()).as_bytes())?))
@@ -125,31 +115,24 @@ fn command() -> String {
     format!("sonel-analyze {}", words.join(" "))
 }
 
-fn sweep(arguments: &Tradeoff, geometry: &Geometry) -> Sweep {
-    let is_varied =
-        |property| arguments.vary.contains(&property) || has_default_properties(arguments, property);
-    let radii = RADII.map(|radius| two_places(radius * free_path(geometry)));
-    let tried = Levels {
-        survival: or_usual(arguments.survival.clone(), is_varied(Property::Survival), &SURVIVALS),
-        mode: or_usual(arguments.mode.clone(), is_varied(Property::Mode), &[Mode::Accurate, Mode::Paper]),
-        estimator: or_usual(
-            arguments.estimator.clone(),
-            is_varied(Property::Estimator),
-            &Estimator::COMPARABLE,
-        ),
-        rays: or_usual(arguments.rays.clone(), is_varied(Property::Rays), &RAYS),
-        radius: or_usual(arguments.radius.clone(), is_varied(Property::Radius), &radii),
-    };
-    let mut packets = or_usual(arguments.packets.clone(), is_varied(Property::Packets), &PACKETS);
+fn sweep(arguments: &Tradeoff) -> Sweep {
+    let Tradeoff { survival, mode, estimator, rays, radius, .. } = arguments.clone();
+    let mut tried = Levels { survival, mode, estimator, rays, radius };
+    let counts =
+        [tried.survival.len(), tried.mode.len(), tried.estimator.len(), tried.rays.len(), tried.radius.len()];
+    if tried.estimator.is_empty() && counts.iter().all(|&count| count < 2) {
+        tried.estimator = Estimator::COMPARABLE.to_vec();
+    }
+    let mut packets = arguments.packets.clone();
     if packets.is_empty() {
-        packets.push(FIXED_PACKETS);
+        packets.extend(PACKETS);
     }
     packets.sort_unstable();
     packets.dedup();
     let edges = arguments.effects.as_ref().is_none_or(EffectSpec::diffracts);
     let render = RenderSettings { edges, ..RenderSettings::default() };
     let base = Setting { name: "default".to_owned(), trace: Settings::default(), render };
-    let most = packets.last().copied().unwrap_or(FIXED_PACKETS);
+    let most = packets.last().copied().unwrap_or_default();
     Sweep {
         settings: tried.settings(&base),
         packets,
@@ -157,34 +140,6 @@ fn sweep(arguments: &Tradeoff, geometry: &Geometry) -> Sweep {
         seed: arguments.seed,
         reference_packets: arguments.reference.unwrap_or(REFERENCE * most),
     }
-}
-
-fn or_usual<T: Clone>(given: Vec<T>, is_varied: bool, usual: &[T]) -> Vec<T> {
-    if given.is_empty() && is_varied { usual.to_vec() } else { given }
-}
-
-/// Whether nothing at all was said of what to vary, and `property` is varied then.
-fn has_default_properties(arguments: &Tradeoff, property: Property) -> bool {
-    let lists = [
-        arguments.survival.len(),
-        arguments.mode.len(),
-        arguments.estimator.len(),
-        arguments.rays.len(),
-        arguments.radius.len(),
-    ];
-    let nothing_said = arguments.vary.is_empty() && lists.iter().all(|&given| given < 2);
-    match property {
-        // A curve of error over time needs several numbers of packets, whatever else is varied.
-        Property::Packets => arguments.vary.is_empty(),
-        Property::Estimator => nothing_said && lists[2] == 0,
-        _ => false,
-    }
-}
-
-/// `value` to two significant places.
-fn two_places(value: f64) -> f64 {
-    let unit = 10_f64.powi(value.log10().floor() as i32 - 1);
-    (value / unit).round() * unit
 }
 
 /// What is wrong with the options, a sentence each.

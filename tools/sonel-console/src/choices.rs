@@ -58,17 +58,3 @@ pub fn estimator() -> impl TypedValueParser<Value = Estimator> {
     ];
     one_of(choices, Estimator::name)
 }
-
-/// Whether `--effects` of a rendering has edges diffract: `auto`, or changes of diffraction, with or without `auto` before them.
-///
-/// # Errors
-/// A sentence that says what is right.
-pub fn diffraction(text: &str) -> Result<bool, String> {
-    let changes = text.strip_prefix("auto,").unwrap_or(text);
-    let is_known = |change: &&str| matches!(change.trim(), "-diffraction" | "+diffraction");
-    match changes.split(',').find(|change| !is_known(change)) {
-        Some(_) if text == "auto" => Ok(true),
-        Some(_) => Err("sonel-render decides about diffraction alone: write -diffraction or +diffraction, and give other effects to sonel-trace".to_owned()),
-        None => Ok(changes.trim_end().ends_with("+diffraction")),
-    }
-}

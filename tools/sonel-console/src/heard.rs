@@ -1,13 +1,11 @@
 //! Options that say what is heard: speech, noise, and sources as one system.
 
-use std::collections::BTreeMap;
-use std::ops::RangeInclusive;
-
-use anyhow::bail;
 use clap::Args;
 use sonel::analysis::modulation::Talk;
 use sonel::analysis::speech::{noise_level_db, speech_power_level_db};
 use sonel::echograms::{Echograms, SourceChange};
+
+use crate::spelled;
 
 /// Speech, noise, and sources as one system.
 #[derive(Debug, Clone, Default, Args)]
@@ -63,54 +61,9 @@ impl HeardArguments {
     /// # Errors
     /// When a gain or delay is of no source, given twice or impossible, in an option or in the response.
     pub fn changes(&self, response: &Echograms) -> anyhow::Result<Option<Vec<SourceChange>>> {
-        if !self.together {
-            return Ok(None);
-        }
-        let of = |given: &[(String, f64)], what: &str| -> anyhow::Result<BTreeMap<String, f64>> {
-            let mut found = BTreeMap::new();
-            for (name, value) in given {
-                if !response.source_names.contains(name) {
-                    bail!(
-                        "{what} of \"{name}\": the response has no such source; it has {}",
-                        response.source_names.join(", ")
-                    );
-                }
-                if found.insert(name.clone(), *value).is_some() {
-                    bail!("{what} of \"{name}\" is given twice");
-                }
-            }
-            Ok(found)
-        };
-        let (gains, delays) = (of(&self.gain, "gain")?, of(&self.delay, "delay")?);
-        let mut changes = response.stated_changes()?;
-        for (name, change) in response.source_names.iter().zip(&mut changes) {
-            if let Some(gain) = gains.get(name) {
-                within(name, "gain", *gain, 1.0, SourceChange::GAINS_DB, "dB")?;
-                change.gain_db = *gain;
-            }
-            if let Some(delay) = delays.get(name) {
-                within(name, "delay", *delay, 1e3, SourceChange::DELAYS, "ms")?;
-                change.delay = 1e-3 * delay;
-            }
-        }
-        Ok(Some(changes))
+        let system = || sonel::system(response, &self.gain, &self.delay).map_err(spelled);
+        self.together.then(system).transpose()
     }
-}
-
-/// An error where the `value` of `what` of source `name` is not within `range`, `scale` of its units each.
-fn within(
-    name: &str,
-    what: &str,
-    value: f64,
-    scale: f64,
-    range: RangeInclusive<f64>,
-    unit: &str,
-) -> anyhow::Result<()> {
-    let (low, high) = (scale * range.start(), scale * range.end());
-    if !(low..=high).contains(&value) {
-        bail!("{what} of \"{name}\": {value} {unit} is outside {low} … {high} {unit}");
-    }
-    Ok(())
 }
 
 fn number(text: &str) -> Result<(String, f64), String> {

@@ -54,10 +54,6 @@ pub(crate) fn require_unchanged() -> anyhow::Result<()> {
 #[must_use]
 pub fn parse<P: Parser>() -> P {
     let matches = P::command().try_get_matches().unwrap_or_else(|printed| {
-        // Help and version are what was to be printed.
-        if !printed.use_stderr() && crate::closed::is_stdout_closed() {
-            crate::refuse(crate::closed::error().into());
-        }
         let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
         let misplaced = (printed.kind() == ErrorKind::ArgumentConflict).then(|| misplaced::<P>(&words));
         misplaced.flatten().unwrap_or(printed).exit()

@@ -89,9 +89,7 @@ fn files() -> MutexGuard<'static, Vec<PathBuf>> {
 /// # Errors
 /// When the system refuses.
 pub fn remove_unfinished_files() -> std::io::Result<()> {
-    system::handle(interrupted)?;
-    IS_HANDLED.store(true, Ordering::SeqCst);
-    Ok(())
+    system::handle(interrupted)
 }
 
 /// Ends the program after a signal, or after what `failure` says.
@@ -106,8 +104,6 @@ fn interrupted(signal: i32, failure: Option<&str>) -> ! {
     }
 }
 
-/// Whether interruptions are handled.
-static IS_HANDLED: AtomicBool = AtomicBool::new(false);
 /// Whether a thread ends the program.
 static IS_ENDING: AtomicBool = AtomicBool::new(false);
 
@@ -155,14 +151,4 @@ const ATTEMPTS: usize = 100;
 fn pause<T>() -> Option<T> {
     std::thread::sleep(Duration::from_millis(10));
     None
-}
-
-/// What to do where memory is short.
-const LESS: &str = "take fewer --threads or a wider --bin, divide the run or its receivers (--shard), or allow more memory (ulimit -v)";
-
-/// Ends the program because so many `bytes` of memory were refused; returns where it handles no interruptions.
-pub(crate) fn out_of_memory(bytes: usize) {
-    if IS_HANDLED.load(Ordering::SeqCst) {
-        end(format_args!("not enough memory ({bytes} bytes more): {LESS}"), 2);
-    }
 }

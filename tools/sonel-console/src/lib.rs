@@ -3,20 +3,17 @@
 pub mod artifact;
 pub mod choices;
 pub mod clock;
-pub mod closed;
 pub mod count;
 mod defect;
 pub mod follower;
 pub mod heard;
 pub mod inputs;
 pub mod interrupt;
-mod memory;
 pub mod output;
 pub mod progress;
 pub mod receiver;
 pub mod shard;
 pub mod table;
-pub mod time;
 pub mod uncertainty;
 
 use std::borrow::Cow;
@@ -84,7 +81,7 @@ fn unless_closed(
     program: impl FnOnce(&mut dyn Write, &mut Log<'_>) -> anyhow::Result<Outcome>,
 ) -> anyhow::Result<Outcome> {
     let closed = AtomicBool::new(false);
-    let mut out = Watched { stream: Printed(out), closed: &closed };
+    let mut out = Watched { stream: out, closed: &closed };
     let result = program(&mut out, &mut Watched { stream: log, closed: &closed });
     if closed.load(Ordering::Relaxed) { result.or(Ok(Outcome::Done)) } else { result }
 }
@@ -98,19 +95,6 @@ fn without_controls(text: &[u8]) -> Cow<'_, [u8]> {
     match std::str::from_utf8(text) {
         Ok(text) if text.contains(steers) => Cow::Owned(text.replace(steers, "\u{fffd}").into_bytes()),
         _ => Cow::Borrowed(text),
-    }
-}
-
-/// A stdout that was closed from the begin takes nothing.
-struct Printed<W>(W);
-
-impl<W: Write> Write for Printed<W> {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        if closed::is_stdout_closed() { Err(closed::error()) } else { self.0.write(bytes) }
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.0.flush()
     }
 }
 
@@ -149,25 +133,12 @@ fn exit_code(result: anyhow::Result<Outcome>) -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Missed) => ExitCode::from(1),
         Err(error) => {
-            tell(&error);
-            ExitCode::from(ERROR)
+            let text = format!("error: {}\n", message(&error));
+            // A closed stderr cannot be told.
+            let _ = std::io::stderr().write_all(&without_controls(text.as_bytes()));
+            ExitCode::from(2)
         }
     }
-}
-
-/// Exit code of errors.
-const ERROR: u8 = 2;
-
-/// Prints an error to stderr. A closed one cannot be told.
-fn tell(error: &anyhow::Error) {
-    let text = format!("error: {}\n", message(error));
-    let _ = std::io::stderr().write_all(&without_controls(text.as_bytes()));
-}
-
-/// Ends the process with an error, before a program has begun.
-pub(crate) fn refuse(error: anyhow::Error) -> ! {
-    tell(&error);
-    std::process::exit(ERROR.into())
 }
 
 /// `error` as the command line spells options: `at_most` is `--at-most`.

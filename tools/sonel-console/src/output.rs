@@ -36,10 +36,6 @@ impl Kind {
 
     /// What `sonel-trace new` writes. A scene file is edited, so that none is replaced.
     pub const SCENE: Self = Self { name: "a scene file", ending: "toml", is_begin: None };
-    /// What fit and optimise write: never a file edited by hand, whose first line is another.
-    pub const MATERIALS: Self = Self::new("materials written by sonel-analyze", "toml", |begin| {
-        begin.starts_with(b"# sonel-analyze ")
-    });
     /// What `sonel-trace check --fix` writes.
     pub const REPAIRED_MESH: Self =
         Self::new("a mesh repaired by sonel-trace", "obj", |begin| begin.starts_with(FIRST_LINE.as_bytes()));
@@ -75,9 +71,6 @@ impl Kind {
     /// What image draws.
     pub const DRAWN_PICTURE: Self =
         Self::new("a picture of sonel-analyze (PNG)", "png", |begin| is_picture(begin, b"\x89PNG"));
-    /// Tables of tradeoff.
-    pub const TRADEOFF_TABLE: Self =
-        Self::new("a table of tradeoff", "csv", |begin| begin.starts_with(b"setting,"));
     /// The report of tradeoff for programs.
     pub const TRADEOFF_REPORT: Self =
         Self::new("a report of tradeoff", "json", |begin| begin.starts_with(b"{\n  \"scene\""));

@@ -4,13 +4,15 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use sonel::study::target;
-use sonel::{Air, Audience, Change, Estimator, Grid, ReceiverPoint, RenderOptions, ShardRange, Targets};
+use sonel::{
+    Air, Audience, Change, Estimator, Grid, ReceiverPoint, RenderOptions, ShardRange, Targets,
+    parse_diffraction, parse_time,
+};
 use sonel_console::Common;
-use sonel_console::choices::{diffraction, estimator};
+use sonel_console::choices::estimator;
 use sonel_console::count::{parse_count, parse_rays};
 use sonel_console::receiver::parse_receiver;
 use sonel_console::shard::parse_shard;
-use sonel_console::time::parse_time;
 
 use crate::sound::SoundArguments;
 
@@ -35,8 +37,8 @@ pub struct Arguments {
     #[command(flatten)]
     pub sound: SoundArguments,
     /// What a listener hears of --recording along a path, as SOURCE_walk.wav in the folder of --wav, instead of impulse responses: CSV with
-    /// header time,x,y,z [s, m], straight lines between its points. Not with other receivers, --hrtf, --wav-match.
-    #[arg(long, value_name = "FILE.csv", requires_all = ["wav", "recording"], conflicts_with_all = ["receivers", "receivers_file", "grid", "audience", "shard", "hrtf", "wav_match"])]
+    /// header time,x,y,z [s, m], straight lines between its points. Not with other receivers, --hrtf.
+    #[arg(long, value_name = "FILE.csv", requires_all = ["wav", "recording"], conflicts_with_all = ["receivers", "receivers_file", "grid", "audience", "shard", "hrtf"])]
     pub path: Option<PathBuf>,
     /// Recording of one channel that every source sends along --path, from its first time on; converted to the rate of --wav.
     #[arg(long, value_name = "FILE.wav", requires = "path")]
@@ -93,7 +95,7 @@ pub struct Arguments {
     #[arg(long, value_parser = estimator(), default_value = Estimator::Auto.name())]
     pub estimator: Estimator,
     /// Effects of the rendering: -diffraction leaves out sound over edges; other effects are decided by sonel-trace.
-    #[arg(long, value_name = "SPEC", default_value = "auto", allow_hyphen_values = true, value_parser = diffraction, action = clap::ArgAction::Set)]
+    #[arg(long, value_name = "SPEC", default_value = "auto", allow_hyphen_values = true, value_parser = parse_diffraction, action = clap::ArgAction::Set)]
     pub effects: bool,
     /// Highest order of image sources [default: from the room].
     #[arg(long, value_name = "K", allow_negative_numbers = true)]

@@ -22,10 +22,6 @@ pub struct SoundArguments {
     /// Sample rate of --wav [Hz], 8000 to 192000. Responses are made at this rate; do not convert them like recordings.
     #[arg(long, value_name = "HZ", requires = "wav", default_value_t = SAMPLE_RATE_HZ, value_parser = clap::value_parser!(u32).range(i64::from(*SAMPLE_RATES_HZ.start())..=i64::from(*SAMPLE_RATES_HZ.end())), allow_negative_numbers = true)]
     pub wav_rate: u32,
-    /// Scale every band of --wav each 10 ms to the energies of the response: T30 and levels of one file are then those of the
-    /// response, not of the mean of many seeds alone. Direct sound is scaled too.
-    #[arg(long, requires = "wav")]
-    pub wav_match: bool,
     /// Also write ambisonics of an order from 1 to 7 (ACN, SN3D: AmbiX) as NAME_ambix3.wav. With --directions, which sonel-render
     /// implies; needs --wav.
     #[arg(long, value_name = "ORDER", requires = "wav", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_AMBISONICS_ORDER)), allow_negative_numbers = true)]
@@ -98,8 +94,6 @@ pub struct SoundFiles<'a> {
     heard: Heard,
     /// Samples per second.
     sample_rate_hz: u32,
-    /// Whether bands are scaled to the energies of the response.
-    is_matched: bool,
 }
 
 /// Longest part of a name that a file name takes over: file systems allow 255 bytes in all.
@@ -133,7 +127,6 @@ impl<'a> SoundFiles<'a> {
             receivers: numbered(receivers),
             heard: Heard::of(arguments)?,
             sample_rate_hz: arguments.wav_rate,
-            is_matched: arguments.wav_match,
         };
         make_folder(folder)?;
         for (end, _) in files.heard.channels() {
@@ -160,7 +153,7 @@ impl<'a> SoundFiles<'a> {
     /// # Errors
     /// When the response has no directions that are needed, does not state which one is up, or a file cannot be written.
     pub fn complete(&self, response: &Response, seed: Option<u64>) -> anyhow::Result<Vec<Complete>> {
-        let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz, is_matched: self.is_matched };
+        let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz };
         let (ends, channels): (Vec<String>, Vec<Channels<'_>>) = self.heard.channels().into_iter().unzip();
         let complete = |path: &Path, channels| {
             let recording = Recording { sample_rate_hz: self.sample_rate_hz, channels };

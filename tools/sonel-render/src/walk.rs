@@ -80,7 +80,7 @@ impl<'a> Walk<'a> {
 
     /// Completes the files of all sources.
     pub(crate) fn complete(&self, response: &Response, seed: Option<u64>) -> anyhow::Result<Vec<Complete>> {
-        let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz, is_matched: false };
+        let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz };
         let mut complete = Vec::new();
         for (end, channels) in self.heard.channels() {
             let heard =

@@ -1,6 +1,6 @@
 //! The sweeps behind docs/accuracy.md: what accuracy costs in the shipped scenes, by estimator, by β, and by receivers.
 //!
-//! Everything goes to target/accuracy. Plots and CSV files that the page links are copied to docs/accuracy; costs of all sweeps go
+//! Everything goes to target/accuracy. Plots that the page links are copied to docs/accuracy; costs of all sweeps go
 //! to the table of the page.
 
 use std::fmt::Write;
@@ -15,8 +15,8 @@ const FOLDER: &str = "target/accuracy";
 const PAGE: &str = "docs/accuracy.md";
 const BLOCK: &str = "costs";
 const COPIES: &str = "docs/accuracy";
-/// Files of a sweep that the page shows or links.
-const KEPT: [&str; 2] = ["deviation.svg", "tradeoff.csv"];
+/// File of a sweep that the page shows or links.
+const KEPT: &str = "deviation.svg";
 
 const ESTIMATORS: [&str; 4] = ["--estimator", "auto,connection,gather,sphere", "--mode", "accurate,paper"];
 const SURVIVALS: [&str; 2] = ["--survival", "0.15,0,0.05,0.4,1"];
@@ -71,10 +71,8 @@ fn sweep(scene: &str, what: &str, varied: &[&str], packets: &str, repeats: &str)
 
 /// Copies what the page shows of the sweep called `name`.
 fn keep(name: &str) -> Result<()> {
-    KEPT.iter().try_for_each(|kept| {
-        let text = workspace::read(&format!("{FOLDER}/{name}/{kept}"))?;
-        workspace::write(&format!("{COPIES}/{name}/{kept}"), text)
-    })
+    let text = workspace::read(&format!("{FOLDER}/{name}/{KEPT}"))?;
+    workspace::write(&format!("{COPIES}/{name}/{KEPT}"), text)
 }
 
 /// A table row per setting, a column per sweep: CPU seconds to a twentieth of a JND, or the bias that rules the setting out.

@@ -2,6 +2,7 @@
 //!
 //! Only `[dependencies]` count, and not those of `tests/` and `fuzz/`: tests may look wherever they need to.
 
+use super::rust_source::without_literals;
 use super::tree::{Finding, SourceFile, Tree};
 
 /// Our crates by layer, lowest first; a crate may depend on lower layers only.
@@ -29,7 +30,7 @@ const LAYERS: [&[&str]; 10] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 45] = [
+const HOMES: [(&str, &[&str]); 42] = [
     ("anyhow", &["tools/", "python", "xtask"]),
     ("base64", &["crates/sonel-scene", "tools/sonel-view"]),
     ("bincode", &["crates/sonel-map"]),
@@ -38,8 +39,8 @@ const HOMES: [(&str, &[&str]); 45] = [
     ("clap_complete", &["xtask"]),
     ("clap_mangen", &["xtask"]),
     ("comfy-table", &["crates/sonel-analysis", "tools/"]),
-    ("cpu-time", &["tools/"]),
-    ("csv", &["crates/sonel-analysis", "crates/sonel-scene", "crates/sonel-design", "tools/"]),
+    ("cpu-time", &["tools/", "python"]),
+    ("csv", &["crates/sonel-analysis", "crates/sonel-scene", "tools/"]),
     ("ctrlc", &["tools/sonel-console"]),
     ("dejavu", &["crates/sonel-drawing"]),
     ("earcutr", &["crates/sonel-scene"]),
@@ -51,9 +52,7 @@ const HOMES: [(&str, &[&str]); 45] = [
     ("hound", &["crates/sonel-sound"]),
     ("indicatif", &["tools/"]),
     ("libc", &["tools/sonel-console"]),
-    ("levenberg-marquardt", &["crates/sonel-design"]),
     ("memmap2", &["crates/sonel-map"]),
-    ("nalgebra", &["crates/sonel-design"]),
     ("obvhs", &["crates/sonel-geometry"]),
     ("ply-rs-bw", &["crates/sonel-scene"]),
     ("open", &["tools/sonel-view"]),
@@ -84,7 +83,6 @@ const HOMES: [(&str, &[&str]); 45] = [
     ("statrs", &["crates/sonel-testkit"]),
     ("tempfile", &["crates/sonel/", "tools/", "crates/sonel-testkit"]),
     ("tiny_http", &["tools/sonel-view"]),
-    ("tobj", &["crates/sonel-scene"]),
     ("toml", &["crates/sonel-scene", "xtask"]),
     ("toml_edit", &["tools/sonel-view"]),
     ("zip", &["crates/sonel-echogram"]),
@@ -139,14 +137,57 @@ pub(super) fn homes(tree: &Tree) -> Vec<Finding> {
     })
 }
 
+/// Dependencies that no source of their crate names: tests and examples count for development only.
+pub(super) fn unused(tree: &Tree) -> Vec<Finding> {
+    let folder_of = |path: &str| path.trim_end_matches("Cargo.toml").to_owned();
+    let mut findings = Vec::new();
+    for kind in ["dependencies", "dev-dependencies"] {
+        findings.extend(each_of(tree, kind, |manifest, package| {
+            let folder = folder_of(&manifest.path);
+            let inner = manifests(tree)
+                .map(|other| folder_of(&other.path))
+                .find(|other| *other != folder && other.starts_with(&folder));
+            let sources = tree.files.iter().filter(|file| {
+                let own = file.path.strip_prefix(&folder).filter(|_| file.is_rust());
+                own.is_some_and(|own| {
+                    kind != "dependencies"
+                        || own.starts_with("src/")
+                        || !tree.contains(&format!("{folder}src"))
+                }) && inner.as_ref().is_none_or(|inner| !file.path.starts_with(inner))
+            });
+            let name = package.replace('-', "_");
+            let is_named = |file: &SourceFile| names(&without_literals(&file.text), &name);
+            (!sources.into_iter().any(is_named))
+                .then(|| format!("no source names {package}: leave it out of [{kind}]"))
+        }));
+    }
+    findings
+}
+
+/// Whether `name` is a word of `code`.
+fn names(code: &str, name: &str) -> bool {
+    let word = |c: char| c.is_alphanumeric() || c == '_';
+    code.match_indices(name)
+        .any(|(at, _)| !code[..at].ends_with(word) && !code[at + name.len()..].starts_with(word))
+}
+
 fn layer(package: &str) -> Option<usize> {
     LAYERS.iter().position(|crates| crates.contains(&package))
 }
 
 /// What `complain` says about each dependency of each member of the workspace.
 fn each_dependency(tree: &Tree, complain: impl Fn(&SourceFile, &str) -> Option<String>) -> Vec<Finding> {
+    each_of(tree, "dependencies", complain)
+}
+
+fn manifests(tree: &Tree) -> impl Iterator<Item = &SourceFile> {
+    tree.files.iter().filter(|file| file.path.ends_with("/Cargo.toml"))
+}
+
+/// The same of the dependencies of a `kind`.
+fn each_of(tree: &Tree, kind: &str, complain: impl Fn(&SourceFile, &str) -> Option<String>) -> Vec<Finding> {
     let mut findings = Vec::new();
-    for manifest in tree.files.iter().filter(|f| f.path.ends_with("/Cargo.toml")) {
+    for manifest in manifests(tree) {
         let table: toml::Table = match manifest.text.parse() {
             Ok(table) => table,
             Err(error) => {
@@ -154,7 +195,7 @@ fn each_dependency(tree: &Tree, complain: impl Fn(&SourceFile, &str) -> Option<S
                 continue;
             }
         };
-        let packages = table.get("dependencies").and_then(toml::Value::as_table);
+        let packages = table.get(kind).and_then(toml::Value::as_table);
         for package in packages.into_iter().flat_map(toml::Table::keys) {
             if let Some(message) = complain(manifest, package) {
                 findings.push(manifest.finding(line_of(&manifest.text, package), message));
@@ -213,6 +254,22 @@ mod tests {
     fn a_crate_without_a_layer_is_rejected() {
         let tree = manifest("crates/sonel-novel/Cargo.toml", "sonel-scene.workspace = true");
         assert_eq!(arrows(&tree).len(), 1);
+    }
+
+    #[test]
+    fn a_dependency_that_no_source_names_is_rejected() {
+        let package = "[dependencies]\na-b = \"1\"\n[dev-dependencies]\nc = \"1\"\n";
+        let of = |source: &str, test: &str| {
+            let files = [
+                ("crates/x/Cargo.toml", package),
+                ("crates/x/src/lib.rs", source),
+                ("crates/x/tests/t.rs", test),
+            ];
+            unused(&Tree::of(&files)).len()
+        };
+        assert_eq!(of("use a_b::D;", "c::e();"), 0);
+        assert_eq!(of("// a_b\nuse a_bc;", "fn c2() {}"), 2);
+        assert_eq!(of("", "a_b::d(); c::e();"), 1, "a test is no reason for a dependency of the library");
     }
 
     #[test]

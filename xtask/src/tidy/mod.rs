@@ -9,6 +9,7 @@ mod modules;
 mod paths;
 mod purity;
 mod references;
+mod rings;
 mod rust_source;
 mod tree;
 
@@ -18,10 +19,12 @@ use tree::{Finding, Tree};
 
 type Rule = fn(&Tree) -> Vec<Finding>;
 
-const RULES: [(&str, Rule); 11] = [
+const RULES: [(&str, Rule); 13] = [
     ("arrows between our crates point down", layering::arrows),
     ("programs and Python name crate sonel and none below it", layering::one_door),
     ("a foreign package has one home", layering::homes),
+    ("dependencies are used", layering::unused),
+    ("a ring keeps to its budget", rings::budgets),
     ("libraries touch no outside world", purity::outside_world),
     ("libraries take elementary functions from libm", purity::elementary_functions),
     ("modules do not import each other in circles", circles::circles),
@@ -45,6 +48,7 @@ pub(crate) fn run() -> Result<()> {
     if count > 0 {
         bail!("tidy: {count} findings in {} files", tree.files.len());
     }
+    println!("lines of code: {}", rings::summary(&tree));
     println!("tidy: {} files, {} rules, no findings", tree.files.len(), RULES.len());
     Ok(())
 }

@@ -111,7 +111,7 @@ fn calls(line: &str, name: &str) -> bool {
 }
 
 /// Whether the file is a module that its parent declares under `#[cfg(test)]`, or lies below one.
-fn only_for_tests(tree: &Tree, path: &str) -> bool {
+pub(super) fn only_for_tests(tree: &Tree, path: &str) -> bool {
     let stem = path.trim_end_matches(".rs").trim_end_matches("/mod");
     let Some((folder, name)) = stem.rsplit_once('/') else { return false };
     if folder.ends_with("/src") && matches!(name, "lib" | "main") || !folder.contains("/src") {

@@ -5,13 +5,24 @@
 
 /// `text` with comments, strings and characters blanked.
 pub(super) fn without_literals(text: &str) -> String {
+    filled(text, ' ')
+}
+
+/// Lines of `text` that hold code, neither blank nor comment nor under `#[cfg(test)]`.
+pub(super) fn lines_of_code(text: &str) -> usize {
+    without_tests(filled(text, '"')).lines().filter(|line| !line.trim().is_empty()).count()
+}
+
+/// `text` with comments blanked, and with every visible character of strings and characters as `fill`.
+fn filled(text: &str, fill: char) -> String {
     let source: Vec<char> = text.chars().collect();
     let mut out = String::with_capacity(text.len());
     let mut at = 0;
     while at < source.len() {
         let end = literal_end(&source, at).unwrap_or(at);
         if end > at {
-            out.extend(source[at..end].iter().map(|c| if *c == '\n' { '\n' } else { ' ' }));
+            let fill = if source[at] == '/' { ' ' } else { fill };
+            out.extend(source[at..end].iter().map(|c| if c.is_whitespace() { *c } else { fill }));
             at = end;
         } else {
             out.push(source[at]);
@@ -23,7 +34,11 @@ pub(super) fn without_literals(text: &str) -> String {
 
 /// `text` without literals and without modules and items under `#[cfg(test)]`.
 pub(super) fn shipped(text: &str) -> String {
-    let mut code = without_literals(text);
+    without_tests(without_literals(text))
+}
+
+/// `code`, which has no literals, without items under `#[cfg(test)]`.
+fn without_tests(mut code: String) -> String {
     while let Some(start) = code.find("#[cfg(test)]") {
         let end = item_end(&code, start + "#[cfg(test)]".len());
         let blank: String = code[start..end].chars().map(|c| if c == '\n' { '\n' } else { ' ' }).collect();
@@ -134,6 +149,13 @@ mod tests {
         for kept in ["a();", "f(", ", i);", "j::<'k>("] {
             assert!(code.contains(kept), "{kept} is lost from {code}");
         }
+    }
+
+    #[test]
+    fn lines_of_code_are_neither_blank_nor_comments_nor_tests() {
+        let text =
+            "//! Head.\n\nfn a() { // b\n    c(\"\n//}\n\");\n/* d\ne */\n}\n#[cfg(test)]\nmod tests {\n}\n";
+        assert_eq!(lines_of_code(text), 5);
     }
 
     #[test]

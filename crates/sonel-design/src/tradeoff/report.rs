@@ -1,11 +1,9 @@
-//! Output of a sweep: CSV, JSON, plots and a page.
+//! Output of a sweep: JSON, plots and a page.
 
-mod csv;
 mod json;
 mod page;
 mod plots;
 
-pub use self::csv::{curves_csv, parameters_csv};
 pub use self::json::json;
 pub use self::page::markdown;
 pub use self::plots::{bias, cost, deviation, efficiency};

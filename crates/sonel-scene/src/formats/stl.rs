@@ -4,7 +4,7 @@
 //! each of blue, green and red from the lowest on where the highest bit is set (VisCAM); with `COLOR=` in the header red, green
 //! and blue where it is not set (Materialise). Normals are not read: surfaces are two-sided.
 //!
-//! The crate `stl_io` 0.11 drops the names of solids, states no lines and reads text as `f32`.
+//! The crate `stl_io` 0.11 drops the names of solids and all but the first, states no lines and reads text as `f32`.
 
 use glam::{DVec3, dvec3};
 

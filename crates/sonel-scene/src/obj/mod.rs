@@ -1,8 +1,7 @@
 //! OBJ files: polygons over vertices, each under a `usemtl` name.
 //!
-//! A scan of our own finds every problem with its line and passes on only what matters; `tobj` reads that. Alone, `tobj` accepts
-//! NaN and unknown `usemtl`, triangulates concave polygons wrongly and states no lines. Without an
-//! `.mtl` file `tobj` forgets the names of `usemtl`, so it is given one in which every name of the file occurs.
+//! The crate `tobj` 4.0 accepts NaN, triangulates concave polygons wrongly, states no lines, and forgets the names of `usemtl` without an
+//! `.mtl` file.
 //!
 //! Reference: [Wavefront1995] (docs/references.md).
 
@@ -10,6 +9,6 @@ mod polygons;
 mod scan;
 mod triangulate;
 
-pub(crate) use polygons::{Face, FileTerms, Polygons, Vertices, read};
-pub(crate) use scan::{MaterialName, NAMELESS, and_more, repeated};
+pub(crate) use polygons::{FileTerms, Polygons, Vertices, read};
+pub(crate) use scan::{Face, MaterialName, NAMELESS, and_more, repeated};
 pub(crate) use triangulate::{Triangulation, is_line, triangulate};

@@ -1,11 +1,9 @@
-//! The polygons of an OBJ file, read by `tobj` from the cleaned text of the scan.
-
-use std::ops::Range;
+//! The polygons of a mesh file, and how messages call its places.
 
 use foldhash::HashMap;
 use glam::DVec3;
 
-use super::scan::{MaterialName, Scan, scan};
+use super::scan::{Face, MaterialName, scan};
 use crate::problem::LineProblem;
 
 /// Polygons as in the file: its unit, its axes. At least one face.
@@ -64,17 +62,6 @@ impl FileTerms {
     }
 }
 
-/// One polygon.
-#[derive(Debug)]
-pub(crate) struct Face {
-    /// Range in [`Polygons::corners`].
-    pub(crate) corners: Range<usize>,
-    /// Index into [`Polygons::names`].
-    pub(crate) name: usize,
-    /// Line in the file, or number of the face, from 1.
-    pub(crate) line: usize,
-}
-
 /// Reads a file.
 ///
 /// # Errors
@@ -84,58 +71,20 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
     if !scan.problems.is_empty() {
         return Err(scan.problems);
     }
-    let refused = |message: String| vec![LineProblem { line: 1, message }];
-    let models =
-        parse(&scan).map_err(|error| refused(format!("the OBJ reader refuses the file: {error}")))?;
-    gather(&models, scan).ok_or_else(|| refused("the OBJ reader lost faces of the file".to_owned()))
-}
-
-fn parse(scan: &Scan) -> Result<Vec<tobj::Model>, tobj::LoadError> {
-    let every_name: String = (0..scan.names.len()).map(|index| format!("newmtl {index}\n")).collect();
-    let options = tobj::LoadOptions::default();
-    let materials = |_: &std::path::Path| tobj::load_mtl_buf(&mut every_name.as_bytes());
-    let (models, _) = tobj::load_obj_buf(&mut scan.cleaned.as_bytes(), &options, materials)?;
-    Ok(models)
-}
-
-/// Joins the models into which `tobj` splits a file at every change of material; `None` when faces went missing.
-fn gather(models: &[tobj::Model], scan: Scan) -> Option<Polygons> {
-    let mut vertices = Vertices::default();
-    let mut corners = Vec::new();
-    let mut faces = Vec::new();
-    let mut lines = scan.face_lines.iter();
-    for tobj::Model { mesh, .. } in models {
-        let name = mesh.material_id?;
-        let triangles_only = vec![3; mesh.indices.len() / 3];
-        let arities = if mesh.face_arities.is_empty() { &triangles_only } else { &mesh.face_arities };
-        let mut rest = mesh.indices.as_slice();
-        for arity in arities {
-            let (face, after) = rest.split_at_checked(*arity as usize)?;
-            rest = after;
-            let start = corners.len();
-            for index in face {
-                let first = 3 * *index as usize;
-                corners.push(vertices.index_of(DVec3::from_slice(mesh.positions.get(first..first + 3)?)));
-            }
-            faces.push(Face { corners: start..corners.len(), name, line: *lines.next()? });
-        }
-    }
-    if lines.next().is_some() {
-        return None;
-    }
-    let terms = FileTerms::default();
-    Some(Polygons {
+    let (mut vertices, mut corners) = (Vertices::default(), Vec::with_capacity(scan.corners.len()));
+    corners.extend(scan.corners.iter().map(|index| vertices.index_of(scan.vertices[index - 1])));
+    Ok(Polygons {
         vertices: vertices.positions,
         corners,
-        faces,
+        faces: scan.faces,
         names: scan.names,
         points: Vec::new(),
         notes: scan.notes,
-        terms,
+        terms: FileTerms::default(),
     })
 }
 
-/// Every model of `tobj` repeats the vertices it uses; equal positions become one vertex again.
+/// Vertices in the order of their use; equal positions are one.
 #[derive(Default)]
 pub(crate) struct Vertices {
     pub(crate) positions: Vec<DVec3>,

@@ -1,6 +1,9 @@
-//! Scans an OBJ file line by line: problems with their place, and a cleaned text for the parser.
+//! Reads an OBJ file line by line: polygons, and problems with their place.
 
 use std::collections::HashMap;
+use std::ops::Range;
+
+use glam::DVec3;
 
 use crate::problem::LineProblem;
 
@@ -14,14 +17,26 @@ pub(crate) struct MaterialName {
     pub(crate) line: usize,
 }
 
+/// One polygon.
+#[derive(Debug)]
+pub(crate) struct Face {
+    /// Range of corners.
+    pub(crate) corners: Range<usize>,
+    /// Index of the name.
+    pub(crate) name: usize,
+    /// Line in the file, or number of the face, from 1.
+    pub(crate) line: usize,
+}
+
 /// Result of the scan of a file.
 #[derive(Default)]
 pub(crate) struct Scan {
-    /// Vertices, then faces with absolute position indices under `usemtl i`, where i indexes `names`.
-    pub(crate) cleaned: String,
+    pub(crate) vertices: Vec<DVec3>,
+    /// Indices of vertices from 1, face after face.
+    pub(crate) corners: Vec<usize>,
+    /// Ranges in `corners`, in the order of the file.
+    pub(crate) faces: Vec<Face>,
     pub(crate) names: Vec<MaterialName>,
-    /// The line of every face, in the order of the file.
-    pub(crate) face_lines: Vec<usize>,
     pub(crate) problems: Vec<LineProblem>,
     /// Lines and what was done about them.
     pub(crate) notes: Vec<(usize, String)>,
@@ -59,9 +74,8 @@ fn without_comment(line: &str) -> &str {
 #[derive(Default)]
 struct Scanner {
     scan: Scan,
-    vertices: String,
-    vertex_count: u64,
-    faces: String,
+    /// Index of the name of the faces that follow.
+    name: usize,
     indices_of_names: HashMap<String, usize>,
     has_material: bool,
     has_group: bool,
@@ -70,7 +84,7 @@ struct Scanner {
     /// First line and count of points and lines.
     wires: Option<(usize, usize)>,
     /// Lines and indices that lie beyond the vertices read so far; the vertices may follow.
-    forward: Vec<(usize, u64)>,
+    forward: Vec<(usize, usize)>,
 }
 
 /// Counts one more, remembering the first line.
@@ -103,23 +117,21 @@ impl Scanner {
     }
 
     fn vertex<'w>(&mut self, line: usize, words: impl Iterator<Item = &'w str>) {
-        self.vertex_count += 1;
+        let last = self.scan.vertices.len();
+        self.scan.vertices.push(DVec3::ZERO);
         // What may follow are a weight of free-form curves or a colour.
         let coordinates: Vec<&str> = words.take(3).collect();
         if coordinates.len() < 3 {
             self.problem(line, format!("v: {} coordinates; a vertex has three", coordinates.len()));
             return;
         }
-        for word in &coordinates {
+        for (axis, word) in coordinates.iter().enumerate() {
             match word.parse::<f64>() {
-                Ok(number) if number.is_finite() => {}
+                Ok(number) if number.is_finite() => self.scan.vertices[last][axis] = number,
                 Ok(_) => self.problem(line, format!("v: {} is not a finite number", shortened(word))),
                 Err(_) => self.problem(line, format!("v: `{}` is not a number", shortened(word))),
             }
         }
-        self.vertices.push_str("v ");
-        self.vertices.push_str(&coordinates.join(" "));
-        self.vertices.push('\n');
     }
 
     fn group(&mut self, line: usize, statement: &str) {
@@ -147,7 +159,7 @@ impl Scanner {
         if index == next {
             self.scan.names.push(MaterialName { name: name.to_owned(), line });
         }
-        self.faces.push_str(&format!("usemtl {index}\n"));
+        self.name = index;
     }
 
     fn face<'w>(&mut self, line: usize, words: impl Iterator<Item = &'w str>) {
@@ -155,39 +167,35 @@ impl Scanner {
             count(&mut self.bare_faces, line);
         }
         let words: Vec<&str> = words.collect();
-        let corners: Vec<u64> = words.iter().filter_map(|word| self.corner(line, word)).collect();
+        let corners: Vec<usize> = words.iter().filter_map(|word| self.corner(line, word)).collect();
         if words.len() < 3 {
             self.problem(line, format!("f: {} corners; a face has at least three", words.len()));
         }
         if let Some(twice) = repeated(&corners) {
             self.problem(line, format!("f: vertex {twice} occurs twice; split the face"));
         }
-        self.scan.face_lines.push(line);
-        self.faces.push('f');
-        for corner in corners {
-            self.faces.push_str(&format!(" {corner}"));
-        }
-        self.faces.push('\n');
+        let start = self.scan.corners.len();
+        self.scan.corners.extend(corners);
+        self.scan.faces.push(Face { corners: start..self.scan.corners.len(), name: self.name, line });
     }
 
     /// The absolute index, from 1, of the vertex of a word such as `7`, `7/1/2`, `7//2` or `-1`.
-    fn corner(&mut self, line: usize, word: &str) -> Option<u64> {
-        let index = word.split('/').next().unwrap_or("");
+    fn corner(&mut self, line: usize, word: &str) -> Option<usize> {
+        let (index, count) = (word.split('/').next().unwrap_or(""), self.scan.vertices.len());
         let Ok(number) = index.parse::<i64>() else {
             self.problem(line, format!("f: `{}` is not a vertex index", shortened(word)));
             return None;
         };
         let absolute = match number {
-            1.. => Some(number.unsigned_abs()),
+            1.. => usize::try_from(number).ok(),
             0 => None,
-            _ => (self.vertex_count + 1).checked_sub(number.unsigned_abs()).filter(|index| *index > 0),
+            _ => (count + 1).checked_sub(number.unsigned_abs() as usize).filter(|index| *index > 0),
         };
         let Some(absolute) = absolute else {
-            let count = self.vertex_count;
             self.problem(line, format!("f: no vertex {number}: {count} are defined so far, counted from 1"));
             return None;
         };
-        if absolute > self.vertex_count {
+        if absolute > count {
             self.forward.push((line, absolute));
         }
         Some(absolute)
@@ -195,27 +203,24 @@ impl Scanner {
 
     fn finish(mut self) -> Scan {
         for (line, index) in std::mem::take(&mut self.forward) {
-            if index > self.vertex_count {
-                let count = self.vertex_count;
+            let count = self.scan.vertices.len();
+            if index > count {
                 self.problem(line, format!("f: no vertex {index}: the file has {count}"));
             }
         }
         if let (Some((line, _)), true) = (self.bare_faces, self.scan.names.is_empty()) {
             // A file that names nothing has one material.
             self.scan.names.push(MaterialName { name: NAMELESS.to_owned(), line });
-            self.faces.insert_str(0, "usemtl 0\n");
         } else if let Some((line, count)) = self.bare_faces {
             self.problem(line, format!("f: no usemtl names the material of this face{}", and_more(count)));
         }
-        if self.scan.face_lines.is_empty() {
+        if self.scan.faces.is_empty() {
             self.problem(1, "the mesh has no face; export polygons");
         }
         if let Some((line, count)) = self.wires {
             self.scan.notes.push((line, format!("the point or line was ignored{}", and_more(count))));
         }
-        let mut scan = self.scan;
-        scan.cleaned = "mtllib names\n".to_owned() + &self.vertices + &self.faces;
-        scan
+        self.scan
     }
 }
 

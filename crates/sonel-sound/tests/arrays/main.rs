@@ -15,8 +15,7 @@ const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 80
 const DISTANCES: [f64; 6] = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
 const AXES: [DVec3; 3] = [DVec3::X, DVec3::Y, DVec3::new(0.6, 0.0, 0.8)];
 const SPEED: f64 = 343.0;
-const ROOM: SoundSettings =
-    SoundSettings { volume: Some(200.0), seed: 1, sample_rate_hz: 48_000, is_matched: false };
+const ROOM: SoundSettings = SoundSettings { volume: Some(200.0), seed: 1, sample_rate_hz: 48_000 };
 const PLACE: DVec3 = dvec3(5.0, 3.0, -1.0);
 const RATE: f64 = 48_000.0;
 /// Bins of 1 ms with late sound, as strong in each.

@@ -8,6 +8,7 @@ mod options;
 mod planning;
 mod refinement;
 mod remedy;
+mod sensitivity;
 mod uncertainty;
 mod until;
 
@@ -37,7 +38,7 @@ pub use audience::Audience;
 pub use change::Change;
 pub use grid::{Axis, Grid, GridCounts};
 pub use job::VERSION;
-pub use options::{Air, RenderOptions};
+pub use options::{Air, RenderOptions, parse_diffraction};
 pub use refinement::Refinement;
 pub use uncertainty::{AbsorptionUncertainty, MaterialVariants};
 

@@ -8,6 +8,7 @@
 //! - [`plan`]: packets and rays for an accuracy;
 //! - [`room_decay`]: how long a run has to be;
 //! - [`response`]: all sources of a map rendered, and the response made of it;
+//! - [`sensitivity`]: how parameters change with the coefficients of materials;
 //! - [`target`]: limits of half-widths;
 //! - [`pipeline`]: a scene traced, rendered and read in one go, with what each phase costs;
 //! - [`until`]: runs that stop when their targets are met.
@@ -23,6 +24,7 @@ pub mod plan;
 pub mod render_need;
 pub mod response;
 pub mod room_decay;
+pub mod sensitivity;
 mod split;
 pub mod spread;
 pub mod target;

@@ -1,20 +1,22 @@
 //! Interruptions as signals, and failures that the system tells by a signal in the thread that failed. What that thread was about to do cannot be
 //! done: it stays in the handler, and the thread that waits for interruptions ends the program.
 
+use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 
 use signal_hook::consts::{SIGHUP, TERM_SIGNALS};
 
-use super::{ENDS_HERE, LESS, stay};
+use super::{ENDS_HERE, stay};
 
 /// Calls `interrupted` with the number of the first signal, or with what failed.
 pub(super) fn handle(interrupted: fn(i32, Option<&str>) -> !) -> std::io::Result<()> {
     report();
     let mut signals = signal_hook::iterator::Signals::new(TERM_SIGNALS.iter().chain([&SIGHUP]))?;
     let wait = move || {
+        WAITS_HERE.set(true);
         IS_AWAITED.store(true, Ordering::SeqCst);
         if let Some(signal) = signals.forever().next() {
-            interrupted(signal, found().as_deref());
+            interrupted(signal, found());
         }
     };
     std::thread::Builder::new().spawn(wait).map(drop)
@@ -24,14 +26,21 @@ pub(super) fn handle(interrupted: fn(i32, Option<&str>) -> !) -> std::io::Result
 static SIGNAL: AtomicI32 = AtomicI32::new(0);
 /// Whether a thread waits for interruptions.
 static IS_AWAITED: AtomicBool = AtomicBool::new(false);
-/// What failed, and what to do.
-fn found() -> Option<String> {
+
+thread_local! {
+    /// Whether this is the thread that waits.
+    static WAITS_HERE: Cell<bool> = const { Cell::new(false) };
+}
+
+/// What failed, and what to do. It takes no memory, because there may be none.
+fn found() -> Option<&'static str> {
     match SIGNAL.load(Ordering::SeqCst) {
         libc::SIGBUS => Some(
-            "an input was truncated or became unreadable (bus error): do not change it during the run, check the disk, and run the command again"
-                .to_owned(),
+            "an input was truncated or became unreadable (bus error): do not change it during the run, check the disk, and run the command again",
         ),
-        libc::SIGABRT => Some(format!("the program was aborted; if memory is short, {LESS}")),
+        libc::SIGABRT => Some(
+            "the program was aborted; if memory is short, take fewer --threads or a wider --bin, divide the run or its receivers (--shard), or allow more memory (ulimit -v)",
+        ),
         _ => None,
     }
 }
@@ -42,7 +51,8 @@ pub(super) fn fail() -> ! {
 }
 
 extern "C" fn failed(signal: libc::c_int) {
-    if ENDS_HERE.get() || !IS_AWAITED.load(Ordering::SeqCst) {
+    // The thread that waits cannot wait for itself.
+    if WAITS_HERE.get() || ENDS_HERE.get() || !IS_AWAITED.load(Ordering::SeqCst) {
         let _ = std::io::Write::write_all(&mut std::io::stderr(), b"error: not enough memory\n");
         fail();
     }

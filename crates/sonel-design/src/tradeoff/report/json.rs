@@ -3,7 +3,6 @@
 use serde_json::{Value, json};
 
 use super::Findings;
-use super::csv::pairs;
 use crate::tradeoff::errors::{self, Curve};
 use crate::tradeoff::fit::Measured;
 use crate::tradeoff::runs::Cell;
@@ -30,6 +29,13 @@ pub fn json(findings: &Findings<'_>) -> Value {
         "seconds": pairs(findings).map(|(index, packets)| seconds(findings, index, packets)).collect::<Vec<_>>(),
         "parameters": pairs(findings).flat_map(|(index, packets)| parameters(findings, index, packets)).collect::<Vec<_>>(),
     })
+}
+
+/// Settings and numbers of packets in order.
+fn pairs<'a>(findings: &'a Findings<'_>) -> impl Iterator<Item = (usize, u64)> + 'a {
+    let sweep = &findings.tradeoff.sweep;
+    (0..sweep.settings.len())
+        .flat_map(move |setting| sweep.packets.iter().map(move |&packets| (setting, packets)))
 }
 
 fn setting(findings: &Findings<'_>, index: usize) -> Value {

@@ -11,31 +11,57 @@ use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
 use sonel_renderer::{ReceiverPoint, RenderError, RenderSettings};
 
-use sonel::study::pipeline::{NoClock, render_and_read};
-use sonel::study::response;
+use crate::study::response;
 
 /// By how much a coefficient is raised or lowered: small beside what bends a parameter, large beside rounding.
 const STEP: f64 = 1e-3;
 
 /// A coefficient of a material of the scene, and by how much its variant differs.
 #[derive(Debug, Clone)]
-pub(crate) struct Variant {
+pub struct Variant {
+    /// Index of the material.
     pub material: usize,
+    /// Coefficient of the material.
     pub coefficient: Coefficient,
     /// By band; 0 where no packet could tell.
     pub steps: Vec<f64>,
 }
 
-/// Figures of a map and of its variants: band b of variant v is band (v + 1) B + b of B.
-pub(crate) struct Varied {
+/// Parameters of a map and of its variants: band b of variant v is band (v + 1) B + b of B.
+pub struct Varied {
+    /// The variants.
     pub variants: Vec<Variant>,
+    /// Names of all materials of the scene.
+    pub materials: Vec<String>,
+    /// Number of bands B.
     pub bands: usize,
+    /// Source by source, receiver by receiver.
     pub parameters: Vec<ReceiverParameters>,
 }
 
 impl Varied {
+    /// Derivatives of `wanted` by the coefficient of every variant.
+    #[must_use]
+    pub fn sensitivities(&self, wanted: &[Parameter]) -> Vec<Sensitivity> {
+        let mut found = Vec::new();
+        for (place, parameters) in self.parameters.iter().enumerate() {
+            for (index, variant) in self.variants.iter().enumerate() {
+                found.extend(wanted.iter().map(|&parameter| Sensitivity {
+                    source: parameters.source.clone(),
+                    receiver: parameters.name.clone(),
+                    material: self.materials[variant.material].clone(),
+                    coefficient: variant.coefficient,
+                    parameter,
+                    slopes: self.slopes(place, index, parameter),
+                }));
+            }
+        }
+        found
+    }
+
     /// The slopes of a parameter at one source and receiver by the coefficient of variant number `variant`.
-    pub(crate) fn slopes(&self, place: usize, variant: usize, parameter: Parameter) -> Vec<Option<Slope>> {
+    #[must_use]
+    pub fn slopes(&self, place: usize, variant: usize, parameter: Parameter) -> Vec<Option<Slope>> {
         let first = (variant + 1) * self.bands;
         slopes(&self.parameters[place], first, &self.variants[variant].steps, parameter)
     }
@@ -53,49 +79,12 @@ pub struct VariedMap<'a> {
     pub render: RenderSettings,
 }
 
-/// Derivatives of `wanted` by absorption and scattering of every material in use.
-///
-/// # Errors
-/// When the map cannot be rendered.
-pub fn sensitivities(
-    mut map: VariedMap<'_>,
-    wanted: &[Parameter],
-    progress: &mut (dyn FnMut(usize, f64) + Send),
-) -> Result<Vec<Sensitivity>, RenderError> {
-    let materials = map.map.header().scene.materials.iter();
-    let names: Vec<String> = materials.map(|material| material.name.clone()).collect();
-    let both = [Coefficient::Absorption, Coefficient::Scattering];
-    let varied = map.vary(&both, progress)?;
-    let mut found = Vec::new();
-    for (place, parameters) in varied.parameters.iter().enumerate() {
-        for (index, variant) in varied.variants.iter().enumerate() {
-            found.extend(wanted.iter().map(|&parameter| Sensitivity {
-                source: parameters.source.clone(),
-                receiver: parameters.name.clone(),
-                material: names[variant.material].clone(),
-                coefficient: variant.coefficient,
-                parameter,
-                slopes: varied.slopes(place, index, parameter),
-            }));
-        }
-    }
-    Ok(found)
-}
-
 impl VariedMap<'_> {
-    /// Renders it and reads the parameters.
-    ///
-    /// # Errors
-    /// When the map cannot be rendered.
-    pub(crate) fn read(&self) -> Result<Vec<ReceiverParameters>, sonel::Error> {
-        Ok(render_and_read(self.map, self.geometry, self.receivers, &self.render, &NoClock)?.parameters)
-    }
-
     /// Renders it with a variant for each of `coefficients` of every material in use.
     ///
     /// # Errors
     /// When the map cannot be rendered.
-    pub(crate) fn vary(
+    pub fn vary(
         &mut self,
         coefficients: &[Coefficient],
         progress: &mut (dyn FnMut(usize, f64) + Send),
@@ -108,7 +97,8 @@ impl VariedMap<'_> {
             variants.iter().map(|variant| variant.applied(&materials)).collect();
         let Self { map, geometry, receivers, render } = self;
         let response = response::render_variants(map, geometry, receivers, render, &changed, progress)?;
-        Ok(Varied { variants, bands, parameters: parameters(&response) })
+        let materials = materials.into_iter().map(|material| material.name).collect();
+        Ok(Varied { variants, materials, bands, parameters: parameters(&response) })
     }
 }
 
@@ -137,26 +127,14 @@ fn variants(materials: &[Material], geometry: &Geometry) -> Vec<Variant> {
     variants
 }
 
-/// The entry of `material` for a coefficient.
-pub(crate) fn values(material: &mut Material, coefficient: Coefficient) -> &mut Vec<f64> {
-    match coefficient {
-        Coefficient::Scattering => &mut material.scattering,
-        _ => &mut material.absorption,
-    }
-}
-
-/// A coefficient of `material` in a band.
-pub(crate) fn value(material: &Material, coefficient: Coefficient, band: usize) -> f64 {
-    match coefficient {
-        Coefficient::Scattering => material.scattering[band],
-        _ => material.absorption[band],
-    }
-}
-
 impl Variant {
     fn applied(&self, materials: &[Material]) -> Vec<Material> {
         let mut changed = materials.to_vec();
-        let values = values(&mut changed[self.material], self.coefficient);
+        let material = &mut changed[self.material];
+        let values = match self.coefficient {
+            Coefficient::Scattering => &mut material.scattering,
+            _ => &mut material.absorption,
+        };
         values.iter_mut().zip(&self.steps).for_each(|(value, step)| *value += step);
         changed
     }
