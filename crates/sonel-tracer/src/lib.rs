@@ -2,7 +2,6 @@
 //!
 //! - [`interaction`]: event and outgoing direction at a surface, from uniform numbers;
 //! - [`packet`]: one packet from emission to its fate;
-//! - [`refraction`]: what an interface between two airs does with a packet;
 //! - `zone`: the founding paper's diffraction of packets;
 //! - [`run`]: all packets of a run in chunks, on all cores, the same bytes for any number of threads.
 //!
@@ -14,7 +13,6 @@ pub const REVISION: u32 = 4;
 
 pub mod interaction;
 pub mod packet;
-pub mod refraction;
 pub mod run;
 mod zone;
 

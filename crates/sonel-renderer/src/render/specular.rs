@@ -9,6 +9,7 @@ use std::ops::Range;
 use sonel_geometry::{Departure, Hit};
 use sonel_map::{BandValues, Lanes, lanes_of};
 use sonel_sampling::{Purpose, ScrambledSobol, Stream, StreamFamily, warp};
+use sonel_scene::refract;
 
 use super::Renderer;
 use super::batch::{BatchEstimate, Tile};
@@ -18,7 +19,6 @@ use crate::exact::mirror::{Radiator, lattice_room};
 use crate::path_class::PathClass;
 use crate::receiver::PreparedReceiver;
 use crate::rendering::Rendering;
-use crate::stochastic::connection::normal_on;
 use crate::stochastic::crossing::{Piece, cross};
 use crate::stochastic::gather::rays::LIGHT;
 
@@ -149,14 +149,21 @@ impl Renderer<'_> {
         if way.length > self.bins.reach {
             return false;
         }
-        let normal = normal_on(hit.side, self.normals[hit.surface.0 as usize]);
-        let row = &*self.table.row(hit.surface, way.direction.as_dvec3());
-        let through = row.through();
-        let passes = through > 0.0 && stream.uniform_fine() < through;
-        let (factors, share) =
-            if passes { (&row.transmitted, through) } else { (&row.specular, 1.0 - through) };
-        for (energy, &factor) in energy.iter_mut().zip(&factors.energy) {
-            *energy *= factor / share;
+        let direction = way.direction.as_dvec3();
+        let mut passes = false;
+        if let Some(interface) = self.table.propagation().interface(hit.surface, hit.side) {
+            // What passes is left to packets.
+            let normal = self.table.normal(hit.surface);
+            energy.scale(refract(direction.normalize(), normal, interface.sides).reflected);
+        } else {
+            let row = &*self.table.row(hit.surface, direction);
+            let through = row.through();
+            passes = through > 0.0 && stream.uniform_fine() < through;
+            let (factors, share) =
+                if passes { (&row.transmitted, through) } else { (&row.specular, 1.0 - through) };
+            for (energy, &factor) in energy.iter_mut().zip(&factors.energy) {
+                *energy *= factor / share;
+            }
         }
         if passes {
             let Some(passage) = self.geometry.pass(hit) else { return false };
@@ -164,6 +171,7 @@ impl Renderer<'_> {
             way.length += passage.thickness() * way.stretch;
             return true;
         }
+        let normal = self.normals[hit.surface.0 as usize];
         way.direction = (way.direction - 2.0 * way.direction.dot(normal) * normal).normalize();
         way.departure = self.geometry.leave(end, hit.surface, hit.side);
         way.reflections += 1;

@@ -1,9 +1,8 @@
 //! Images of a source over the planar surfaces of any geometry, validated at every receiver.
 //!
-//! A node is an image source with its sequence of reflecting surfaces. A sequence is omitted only where it can carry no
-//! energy: no band
-//! reflects there as a mirror, the surface shows its solid side to the image, or the beam of the chain before it misses
-//! the surface. What stands in the way is found out at every receiver.
+//! A node is an image source with its sequence of reflecting surfaces, walls and interfaces between airs. A sequence is omitted only
+//! where it can carry no energy: no band reflects there as a mirror, the surface shows its solid side to the image, or the beam of the
+//! chain before it misses the surface. What stands in the way is found out at every receiver.
 
 use std::collections::HashMap;
 
@@ -11,6 +10,7 @@ use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 use sonel_geometry::{Crossed, Departure, End, Geometry, Leg, MOST_ROUNDS, PlaneId, Side, Sight, SurfaceId};
 use sonel_map::{BandValues, CoefficientTable, Lanes, lanes_of};
+use sonel_scene::refract;
 
 use super::beam::{Beam, clip, outline};
 use super::{Image, MirrorArrival, Radiator};
@@ -199,15 +199,19 @@ impl ImageTree {
         }
     }
 
-    /// ∏ (1−α)(1−s) along the chain of `leaf` for sound that reaches its last mirror from `towards`, seen from the receiver.
+    /// ∏ (1−α)(1−s), R at interfaces, along the chain of `leaf` for sound that reaches its last mirror from `towards`, seen from the receiver.
     fn mirror(&self, table: &CoefficientTable, leaf: &Node, mut towards: DVec3, factor: &mut [Lanes]) {
         factor.fill(Lanes::ONE);
         for node in self.chain(leaf) {
-            table.mirror(node.mirror.surface, towards, factor);
-            if table.is_angular() {
-                let normal = table.normal(node.mirror.surface);
-                towards -= 2.0 * towards.dot(normal) * normal;
+            let Mirror { surface, side } = node.mirror;
+            let normal = table.normal(surface);
+            match table.propagation().interface(surface, side) {
+                Some(interface) => {
+                    factor.scale(refract(towards.normalize(), normal, interface.sides).reflected);
+                }
+                None => table.mirror(surface, towards, factor),
             }
+            towards -= 2.0 * towards.dot(normal) * normal;
         }
     }
 
@@ -441,11 +445,13 @@ fn met(
     (!is_blocked && there.is_some_and(|face| is_mirror(&face))).then_some(reflection)
 }
 
-/// Surfaces that mirror anything in any band, from the sides that face air.
+/// Surfaces that mirror anything in any band, from the sides that face air, and interfaces.
 fn facets(geometry: &Geometry, table: &CoefficientTable) -> Vec<Facet> {
     let mut facets = Vec::new();
     for (index, surface) in geometry.surfaces().iter().enumerate() {
-        if table.material(surface.material).specular.energy.largest() <= 0.0 {
+        let id = SurfaceId(index as u32);
+        let is_interface = table.propagation().interface(id, Side::Front).is_some();
+        if !is_interface && table.material(surface.material).specular.energy.largest() <= 0.0 {
             continue;
         }
         let corners: Vec<DVec3> = surface
@@ -459,7 +465,7 @@ fn facets(geometry: &Geometry, table: &CoefficientTable) -> Vec<Facet> {
         let radius = outline.iter().map(|corner| corner.distance(centre)).fold(0.0, f64::max);
         let sides = if surface.closed { &[Side::Front][..] } else { &[Side::Front, Side::Back] };
         for &side in sides {
-            let mirror = Mirror { surface: SurfaceId(index as u32), side };
+            let mirror = Mirror { surface: id, side };
             facets.push(Facet { mirror, plane: surface.plane, outline: outline.clone(), centre, radius });
         }
     }

@@ -10,7 +10,7 @@
 //! Reference: [Kuttruff2009], docs/physics.md §3.
 
 use glam::DVec3;
-use sonel_scene::AirSide;
+use crate::propagation::AirSide;
 
 /// Reflection and refraction of a plane wave at an interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
