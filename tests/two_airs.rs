@@ -50,8 +50,7 @@ impl TwoAirs {
     /// A room with places from a millimetre to metres off the border, at angles from its normal to grazing.
     #[must_use]
     pub fn draw(random: &mut Uniform) -> Self {
-        let size =
-            dvec3(random.between(3.0, 40.0), random.between(3.0, 30.0), random.between(3.0, 20.0));
+        let size = dvec3(random.between(3.0, 40.0), random.between(3.0, 30.0), random.between(3.0, 20.0));
         let height = random.between(0.35, 0.65) * size.z;
         let is_level = random.below(2) == 0;
         let mut steepest = |extent: f64| {

@@ -28,7 +28,9 @@ impl SegmentHistory {
     fn after(self, event: Event) -> Self {
         match event {
             Event::Specular => Self { order: self.order + 1, specular_run: self.specular_run + 1, ..self },
-            Event::Diffuse => Self { order: self.order + 1, specular_run: 0, diffused: true, interfaces: 0, refractions: 0 },
+            Event::Diffuse => {
+                Self { order: self.order + 1, specular_run: 0, diffused: true, interfaces: 0, refractions: 0 }
+            }
             Event::Refracted => {
                 Self { interfaces: self.interfaces + 1, refractions: self.refractions + 1, ..self }
             }

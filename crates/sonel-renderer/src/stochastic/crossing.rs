@@ -134,7 +134,9 @@ mod tests {
         }
         let returned = |interfaces, diffused| SegmentHistory { interfaces, ..history(1, diffused) };
         assert!(!is_left_to_sphere(returned(1, false), others), "image source in an interface");
-        assert!(is_left_to_sphere(returned(2, false), others) && is_left_to_sphere(returned(1, true), others));
+        assert!(
+            is_left_to_sphere(returned(2, false), others) && is_left_to_sphere(returned(1, true), others)
+        );
         assert!(
             is_left_to_sphere(history(1, false), alone)
                 && is_left_to_sphere(history(0, true), alone)
