@@ -13,6 +13,7 @@ mod document;
 mod draft;
 mod effect;
 mod formats;
+mod hollow_partitions;
 mod inspection;
 pub mod library;
 mod load;
