@@ -13,6 +13,7 @@ pub mod meshes;
 pub mod octaves;
 pub mod row_of_rooms;
 pub mod specular_paths;
+pub mod two_airs;
 pub mod two_rooms;
 pub mod uneven_box;
 pub mod window;

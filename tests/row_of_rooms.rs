@@ -29,13 +29,15 @@ pub enum Drawn {
     Solids(f64),
     /// As gaps of a width [m] between rooms that are closed shells.
     Shells(f64),
+    /// As two faces a distance [m] apart, in a hull whose floor, ceiling and side walls run through between them.
+    Faces(f64),
 }
 
 impl Drawn {
     fn thickness(self) -> f64 {
         match self {
             Self::Sheets => 0.0,
-            Self::Solids(thickness) | Self::Shells(thickness) => thickness,
+            Self::Solids(thickness) | Self::Shells(thickness) | Self::Faces(thickness) => thickness,
         }
     }
 }
@@ -48,13 +50,34 @@ pub fn scene(row: RowOfRooms, drawn: Drawn) -> Scene {
     let mut partition = wall("partition");
     partition.transmission = vec![row.transmission];
     let step = SIZE.x + drawn.thickness();
-    let mut scene = Scene::from_parts(mesh(row.rooms, drawn), vec![wall("wall"), partition], bands, 1.2)
+    let mesh = as_read(&mesh(row.rooms, drawn));
+    let mut scene = Scene::from_parts(mesh, vec![wall("wall"), partition], bands, 1.2)
         .with_source("source", SOURCE)
         .without_air_attenuation();
     for (room, [x, y, z]) in RECEIVERS.into_iter().take(row.rooms).enumerate() {
         scene = scene.with_receiver("receiver", [x + room as f64 * step, y, z]);
     }
     scene
+}
+
+/// A mesh as the loader of scenes leaves it, where faces of [`PARTITION`] transmit.
+fn as_read(mesh: &Mesh) -> Mesh {
+    let mut file = String::new();
+    let mut write = |line: String| file.extend([line.as_str(), "\n"]);
+    mesh.vertices.iter().for_each(|DVec3 { x, y, z }| write(format!("v {x} {y} {z}")));
+    for MeshTriangle { corners: [a, b, c], material } in &mesh.triangles {
+        write(format!("usemtl {}", ["wall", "partition"][*material as usize]));
+        write(format!("f {} {} {}", a + 1, b + 1, c + 1));
+    }
+    let text = "mesh = \"row.obj\"\nduration_s = 1\n[materials.wall]\nabsorption = 0.2\n[materials.partition]\n\
+                absorption = 0.2\ntransmission = 0.1\n[[sources]]\nposition = [1.1, 2.1, 1.2]\n";
+    let loaded = sonel_scene::load(text, "row", &mut |_| Ok(file.clone().into_bytes()));
+    let Scene { mut mesh, materials, .. } = loaded.expect("a sound scene").scene;
+    for triangle in &mut mesh.triangles {
+        let is_partition = materials[triangle.material as usize].name == "partition";
+        triangle.material = if is_partition { PARTITION } else { WALL };
+    }
+    mesh
 }
 
 fn mesh(rooms: usize, drawn: Drawn) -> Mesh {
@@ -79,10 +102,16 @@ fn mesh(rooms: usize, drawn: Drawn) -> Mesh {
     for room in 1..rooms {
         let x = room as f64 * step - thickness;
         let corner = |x: f64, y: f64, z: f64| dvec3(x, y * SIZE.y, z * SIZE.z);
-        if drawn == Drawn::Sheets {
+        let faces: &[f64] = match drawn {
+            Drawn::Sheets => &[x],
+            Drawn::Faces(thickness) => &[x, x + thickness],
+            _ => &[],
+        };
+        for &x in faces {
             let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
             add_quad(&mut mesh, PARTITION, corners.map(|[y, z]| corner(x, y, z)));
-        } else {
+        }
+        if faces.is_empty() {
             add_box(&mut mesh, PARTITION, corner(x, 0.0, 0.0), corner(x + thickness, 1.0, 1.0));
         }
     }

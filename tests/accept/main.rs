@@ -23,6 +23,7 @@ mod sound;
 mod stability;
 mod stopping;
 mod thick_partitions;
+mod two_airs;
 mod uncertainty;
 mod uneven_box;
 mod walk;

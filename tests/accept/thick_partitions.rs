@@ -11,9 +11,15 @@ const LOSS: f64 = 0.933;
 fn three_rooms_in_a_row_get_what_passes_whatever_the_thickness() {
     let row = row(3, 0.4);
     let counted = fluences(row, 60_000);
-    for drawn in
-        [Drawn::Sheets, Drawn::Solids(0.1), Drawn::Solids(0.3), Drawn::Solids(1.0), Drawn::Shells(0.3)]
-    {
+    for drawn in [
+        Drawn::Sheets,
+        Drawn::Solids(0.1),
+        Drawn::Solids(0.3),
+        Drawn::Solids(1.0),
+        Drawn::Shells(0.3),
+        Drawn::Faces(0.1),
+        Drawn::Faces(0.9),
+    ] {
         let rendered = rendered(row, drawn, Estimator::Auto, EMISSIONS);
         println!("{drawn:?}: {:.3?} dB", check(&format!("{drawn:?}"), LOSS, &rendered, &counted));
     }

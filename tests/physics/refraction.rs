@@ -199,6 +199,12 @@ fn behind(x: f64, [below, above]: [f64; 2], [slow, quick]: [f64; 2]) -> (f64, [f
     )
 }
 
+/// The long form is in `accept`.
+#[test]
+fn an_interface_reflects_as_the_closed_form_says_at_any_angle() {
+    sonel_tests::two_airs::check(60, 5);
+}
+
 #[test]
 fn direct_sound_spreads_behind_an_interface_as_the_refracted_beam_does() {
     let plain = scene(layered(&[1.4]), 1.0, 0.0, 0.05)

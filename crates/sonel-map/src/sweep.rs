@@ -20,16 +20,29 @@ pub struct SegmentHistory {
     pub diffused: bool,
     /// Interfaces met since the last diffuse reflection, or since the source: passed, or returned from.
     pub interfaces: u32,
+    /// Those of them that were passed.
+    pub refractions: u32,
 }
 
 impl SegmentHistory {
     fn after(self, event: Event) -> Self {
         match event {
             Event::Specular => Self { order: self.order + 1, specular_run: self.specular_run + 1, ..self },
-            Event::Diffuse => Self { order: self.order + 1, specular_run: 0, diffused: true, interfaces: 0 },
-            Event::Refracted | Event::Returned => Self { interfaces: self.interfaces + 1, ..self },
+            Event::Diffuse => {
+                Self { order: self.order + 1, specular_run: 0, diffused: true, interfaces: 0, refractions: 0 }
+            }
+            Event::Refracted => {
+                Self { interfaces: self.interfaces + 1, refractions: self.refractions + 1, ..self }
+            }
+            Event::Returned => Self { interfaces: self.interfaces + 1, ..self },
             _ => self,
         }
+    }
+
+    /// Number of mirror reflections at walls and interfaces, where there was nothing else since the source: the order of an image source.
+    #[must_use]
+    pub fn image_order(&self) -> Option<u32> {
+        (!self.diffused && self.refractions == 0).then_some(self.specular_run + self.interfaces)
     }
 }
 

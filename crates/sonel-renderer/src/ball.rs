@@ -101,6 +101,18 @@ impl Balls {
         self.balls[0].radius
     }
 
+    /// The ball for early paths that were reflected specularly alone.
+    #[must_use]
+    pub(crate) fn mirrored(&self) -> &ReceiverSphere {
+        &self.mirrored
+    }
+
+    /// Whether paths of `length` [m] are early.
+    #[must_use]
+    pub(crate) fn is_early(&self, length: f64) -> bool {
+        length < GROWTH[1].1 * self.mean_free_path
+    }
+
     /// The ball for paths that have gone `length` [m].
     #[inline]
     #[must_use]
@@ -152,6 +164,24 @@ fn distances(geometry: &Geometry, center: DVec3) -> Vec<f64> {
 }
 
 impl ReceiverSphere {
+    /// Radius [m].
+    #[must_use]
+    pub(crate) fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// Whether the line of a segment passes the centre within the radius, at a point of the segment.
+    #[inline]
+    #[must_use]
+    pub(crate) fn is_passed(&self, (start, end): (Vec3, Vec3)) -> bool {
+        let (along, offset) = ((end - start).as_dvec3(), self.center - start.as_dvec3());
+        let (projected, extent_squared) = (offset.dot(along), along.length_squared());
+        let miss_squared = offset.length_squared() * extent_squared - projected * projected;
+        projected >= 0.0
+            && projected < extent_squared
+            && miss_squared < self.radius * self.radius * extent_squared
+    }
+
     /// Mean fluence of a packet of energy 1 that crosses the ball [1/m²].
     #[must_use]
     pub(crate) fn fluence_per_crossing(&self) -> f64 {

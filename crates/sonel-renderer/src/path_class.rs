@@ -17,7 +17,7 @@ pub enum PathClass {
     DiffuseMirror,
     /// … D S^k R, k > K′.
     LongDiffuseMirror,
-    /// Paths that met an interface between airs since the last diffuse reflection.
+    /// Paths that passed an interface between airs since the source, or met one since the last diffuse reflection.
     Refracted,
 }
 

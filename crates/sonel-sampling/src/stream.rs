@@ -29,6 +29,8 @@ pub enum Purpose {
     SonelChoice = 8,
     /// Plane waves of impulse responses.
     Pulse = 9,
+    /// Directions about a specular path to one receiver.
+    SpecularTrial = 10,
 }
 
 /// All streams of one purpose and owner (a source index, the bits of a receiver position): a key without a number.

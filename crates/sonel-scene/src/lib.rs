@@ -13,6 +13,7 @@ mod document;
 mod draft;
 mod effect;
 mod formats;
+mod hollow_partitions;
 mod inspection;
 pub mod library;
 mod load;
@@ -23,6 +24,7 @@ mod obj;
 mod polygon_mesh;
 mod problem;
 mod propagation;
+mod refraction;
 mod report;
 mod room;
 mod scene;
@@ -42,6 +44,7 @@ pub use notation::shell_word;
 pub use polygon_mesh::PolygonMesh;
 pub use problem::{Place, Problem, SceneErrors};
 pub use propagation::{AirSide, Flight, Interface, Leg, Propagation};
+pub use refraction::{Refraction, refract};
 pub use scene::{
     DEFAULT_POWER_LEVEL_DB, DEFAULT_SCATTERING, DURATION_PER_SABINE_TIME, Design, LONGEST_DEFAULT_DURATION,
     LONGEST_DURATION, Receiver, Scene, Source,

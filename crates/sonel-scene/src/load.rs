@@ -6,12 +6,13 @@ use std::ops::Range;
 
 use glam::DVec3;
 use sonel_acoustics::{Bands, Directivity, Material};
-use sonel_geometry::{Geometry, Mesh, Redrawn};
+use sonel_geometry::{FaceKind, Geometry, Mesh, Redrawn};
 use toml::de::DeTable;
 
 use crate::bands::{self, BandChoice};
 use crate::document::{Entry, Table, quoted_key};
 use crate::formats;
+use crate::hollow_partitions;
 use crate::inspection::inspect;
 use crate::library;
 use crate::notation::{count, number, place, shell_word};
@@ -22,7 +23,6 @@ use crate::room;
 use crate::scene::{default_duration, face_kind};
 use crate::seclusion;
 use crate::sections::points::{Placed, read_receivers, read_sources};
-use crate::sections::regions::Interface;
 use crate::sections::walls::{self, Walls, is_side};
 use crate::sections::{air, designs, materials, regions};
 use crate::value::{Entries, Value, to_toml};
@@ -335,9 +335,14 @@ fn compile(
     if let Some(walls) = &mut walls {
         leave_out_holes(walls, &materials, &report);
     }
+    let is_interface = |material| interfaces.iter().any(|interface| interface.material == material);
+    let kind = |material| face_kind(&materials, material, is_interface);
     let closed = read_closed(document);
-    let geometry =
-        walls.as_mut().and_then(|walls| build(walls, &materials, &interfaces, closed.as_ref(), &report));
+    let geometry = walls.as_mut().and_then(|walls| build(walls, &materials, kind, closed.as_ref(), &report));
+    let source_points: Vec<DVec3> = sources.iter().map(|source| source.point.position).collect();
+    let close_off =
+        |(walls, geometry)| hollow_partitions::close_off(walls, geometry, kind, &source_points, &report);
+    let geometry = walls.as_mut().zip(geometry).map(close_off);
     inspect(geometry.as_ref(), &sources, &receivers, &report);
     let compile_media = |geometry| regions::compile(regions, &interfaces, &sources, geometry, &report);
     let media = geometry.as_ref().and_then(compile_media);
@@ -425,7 +430,7 @@ fn leave_out_holes(walls: &mut Walls, materials: &[Material], report: &Report) {
 fn build(
     walls: &mut Walls,
     materials: &[Material],
-    interfaces: &[Interface],
+    kind: impl Fn(u32) -> FaceKind,
     closed: Option<&Entry<'_>>,
     report: &Report,
 ) -> Option<Geometry> {
@@ -445,8 +450,6 @@ fn build(
         dropped = mended.dropped;
         walls.mesh = mended.mesh;
     }
-    let is_interface = |material| interfaces.iter().any(|interface| interface.material == material);
-    let kind = |material| face_kind(materials, material, is_interface);
     let geometry = match Geometry::with_kinds(walls.mesh.clone(), kind) {
         Ok(geometry) => geometry,
         Err(error) => {

@@ -2,7 +2,6 @@
 //!
 //! - [`interaction`]: event and outgoing direction at a surface, from uniform numbers;
 //! - [`packet`]: one packet from emission to its fate;
-//! - [`refraction`]: what an interface between two airs does with a packet;
 //! - `zone`: the founding paper's diffraction of packets;
 //! - [`run`]: all packets of a run in chunks, on all cores, the same bytes for any number of threads.
 //!
@@ -10,11 +9,10 @@
 
 /// Revision of the paths: raised by every change after which the same command may write other paths or another ledger. `tests/pipeline`
 /// keeps digests of some runs. Maps of two revisions are never joined.
-pub const REVISION: u32 = 4;
+pub const REVISION: u32 = 5;
 
 pub mod interaction;
 pub mod packet;
-pub mod refraction;
 pub mod run;
 mod zone;
 

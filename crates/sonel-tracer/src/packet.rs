@@ -6,10 +6,9 @@ use sonel_map::{
     CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, Event, PacketStart, PathWeight, Vertex, sweep,
 };
 use sonel_sampling::{Frame, Stream};
-use sonel_scene::{Flight, Interface, Source};
+use sonel_scene::{Flight, Interface, Refraction, Source, refract};
 
 use crate::interaction::{draw_event, mirrored, scattered};
-use crate::refraction::{Refraction, refract};
 use crate::zone::{DiffractionZones, Way};
 
 /// The surroundings of a packet: what all packets of a run share.

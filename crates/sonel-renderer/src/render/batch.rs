@@ -489,13 +489,11 @@ fn last_class(seen_directly: bool) -> PathClass {
 
 /// The class of a segment that crosses a sphere.
 fn sphere_class(history: SegmentHistory) -> PathClass {
-    if history.interfaces > 0 {
-        return PathClass::Refracted;
-    }
-    match (history.diffused, history.specular_run) {
-        (false, _) => PathClass::LateSpecular,
-        (true, 0) => PathClass::Diffuse,
-        (true, _) => PathClass::LongDiffuseMirror,
+    match (history.image_order(), history.interfaces, history.specular_run) {
+        (Some(_), ..) => PathClass::LateSpecular,
+        (None, 0, 0) => PathClass::Diffuse,
+        (None, 0, _) => PathClass::LongDiffuseMirror,
+        _ => PathClass::Refracted,
     }
 }
 

@@ -22,7 +22,9 @@ impl Renderer<'_> {
             PathClass::ImageSource => "image sources",
             PathClass::Edge => "edges",
             PathClass::Refracted => "receiver sphere",
-            PathClass::LateSpecular if self.casts_specular_rays() => "specular rays into receiver spheres",
+            PathClass::LateSpecular if self.casts_specular_rays() => {
+                "specular rays into receiver spheres, to image sources where sound is focused"
+            }
             PathClass::Diffuse if self.gather.is_some() => "connection, near surfaces shared with rays",
             PathClass::Diffuse if self.connects_diffuse() && !self.table.propagation().is_straight() => {
                 "connection along an arc"

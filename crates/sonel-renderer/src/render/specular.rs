@@ -1,24 +1,36 @@
-//! L S^k R, k > K: rays with specular reflections only, counted in receiver spheres.
+//! L S^k R, k > K: rays with specular reflections only, counted in receiver spheres; where sound is focused they find image sources.
 //!
 //! Few packets of a map are reflected specularly many times in a row, with much energy each. These rays are always
 //! reflected specularly and weighted by the product of (1−α)(1−s) in every band; there are four for each packet of the map.
 //! Rays that carry little go on by roulette. Each batch has rays of its own, so the interval covers them.
+//!
+//! A sphere averages. Some rays measure beforehand whether half its cross section has another mean: then the field varies within it, at a focus
+//! or at the border of a beam. There each early ray that passes the receiver within the sphere names an image source, by its chain of mirrors
+//! [Vorlaender1989]. If its path is clear, the receiver gets its exact energy, divided by the probability P that a ray finds it. So there is
+//! no bias. 1/P is estimated without bias by the number of directions about the path that are tried until some of them find it too
+//! [Zeltner2020].
 
 use std::ops::Range;
 
-use sonel_geometry::{Departure, Hit};
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use smallvec::SmallVec;
+use sonel_geometry::{Departure, End, Hit};
 use sonel_map::{BandValues, Lanes, lanes_of};
-use sonel_sampling::{Purpose, ScrambledSobol, Stream, StreamFamily, warp};
+use sonel_sampling::{Frame, Purpose, ScrambledSobol, Stream, StreamFamily, warp};
+use sonel_scene::refract;
 
 use super::Renderer;
-use super::batch::{BatchEstimate, Tile};
-use crate::ball::Beam;
+use super::batch::{BatchEstimate, Tile, receiver_stream};
+use crate::ball::{Beam, Chord, ReceiverSphere};
 use crate::deposit::Deposits;
-use crate::exact::mirror::{Radiator, lattice_room};
+use crate::exact::direct::spread;
+use crate::exact::mirror::chain::{self, Ends, Mirror, Reflection};
+use crate::exact::mirror::{MirrorArrival, Radiator, lattice_room};
 use crate::path_class::PathClass;
 use crate::receiver::PreparedReceiver;
 use crate::rendering::Rendering;
-use crate::stochastic::connection::normal_on;
+use crate::stochastic::connection::{Arriving, ClassDeposits};
 use crate::stochastic::crossing::{Piece, cross};
 use crate::stochastic::gather::rays::LIGHT;
 
@@ -26,6 +38,18 @@ use crate::stochastic::gather::rays::LIGHT;
 const RECEIVERS: usize = 64;
 /// Rays for each packet: they cost a tenth of it, and where walls are smooth most noise of the level is theirs.
 const RAYS_PER_PACKET: u64 = 4;
+/// Batches of rays that measure the variation of fields: a sixteenth of a run of 32. Chosen, not measured.
+const PROBED_BATCHES: u64 = 2;
+/// Least relative difference of the mean of half the cross section of a sphere at which rays find image sources [1]. Chosen: it leaves a bias
+/// that the interval includes; images are noisier than spheres where many beams are narrow.
+const LEAST_VARIATION: f64 = 0.03;
+/// Least such difference in standard errors.
+const SIGNIFICANT: f64 = 3.0;
+/// Directions that must find an image again. Chosen, not measured; doubled, the trials cost twice the time, and the variance of 1/P, on average
+/// a quarter of that of the rays, halves.
+const SUCCESSES: u32 = 4;
+/// Most directions that are tried. It ends trials for what rays find by rounding alone.
+const MOST_TRIALS: u32 = 1 << 16;
 
 impl Renderer<'_> {
     /// Whether rays of their own bring L S^k R, k > K. In an empty box image sources bring all that matters.
@@ -52,21 +76,71 @@ impl Renderer<'_> {
         for first in (0..receivers.len()).step_by(RECEIVERS) {
             let range = first..(first + RECEIVERS).min(receivers.len());
             let tile = self.tile(source, receivers, borders, range);
+            let is_varied = self.varied_fields(source, mirror_order, tile.receivers);
             let fill = |batch, estimate: &mut BatchEstimate<'_>| {
-                self.mirror_rays(source, batch, mirror_order, &tile, estimate);
+                self.mirror_rays((source, batch), mirror_order, &tile, &is_varied, estimate);
             };
             self.add_estimates(rendering, total, &tile, batches.clone(), fill, &mut |_| {});
         }
     }
 
-    /// Follows the rays of one batch.
+    /// At which receivers early sound of this kind varies within the sphere.
+    fn varied_fields(&self, source: usize, mirror_order: u32, receivers: &[PreparedReceiver]) -> Vec<bool> {
+        let family = StreamFamily::new(self.seed(), Purpose::SpecularRay, [source as u32, 1, 0, 0]);
+        let measured = (0..PROBED_BATCHES).into_par_iter().map(|batch| {
+            let mut variations = vec![Variation::default(); receivers.len()];
+            self.follow_rays(source, mirror_order, &mut family.stream(batch), |way, piece| {
+                for (variation, receiver) in variations.iter_mut().zip(receivers) {
+                    if way.is_early_at(receiver) {
+                        let chord = receiver.balls.mirrored().chord(self.geometry, piece.ends);
+                        chord.into_iter().for_each(|chord| variation.add(piece.energy.largest(), &chord));
+                    }
+                }
+            });
+            variations
+        });
+        let measured: Vec<Vec<Variation>> = measured.collect();
+        let of_all = |index| measured.iter().fold(Variation::default(), |sum, of| sum.with(of[index]));
+        (0..receivers.len()).map(|index| of_all(index).is_significant()).collect()
+    }
+
+    /// Adds what the rays of a batch bring. Where the field `is_varied` they find image sources.
     fn mirror_rays(
         &self,
-        source: usize,
-        batch: u32,
+        (source, batch): (usize, u32),
         mirror_order: u32,
         tile: &Tile<'_>,
+        is_varied: &[bool],
         estimate: &mut BatchEstimate<'_>,
+    ) {
+        let family = StreamFamily::new(self.seed(), Purpose::SpecularRay, [source as u32, 0, 0, 0]);
+        let trials = |receiver| receiver_stream(self.seed(), Purpose::SpecularTrial, receiver, source, batch);
+        let mut trials: Vec<Stream> = tile.receivers.iter().map(trials).collect();
+        let nothing = vec![Lanes::ZERO; lanes_of(self.table.bands())];
+        let (mut scratch, medium) = ([nothing.clone(), nothing], self.medium());
+        let mut stream = family.stream(u64::from(batch));
+        self.follow_rays(source, mirror_order, &mut stream, |way, piece| {
+            estimate.crossings.pass(Beam::Mirrored, piece.energy);
+            let mut deposits = estimate.class(PathClass::LateSpecular);
+            for (index, receiver) in tile.receivers.iter().enumerate() {
+                if is_varied[index] && way.is_early_at(receiver) {
+                    let (receiver, stream) = ((index, receiver), &mut trials[index]);
+                    self.find_image(way, piece, receiver, stream, &mut scratch, &mut deposits);
+                } else {
+                    let receiver = std::iter::once((index, receiver, tile.direct_lengths[index]));
+                    cross(piece, receiver, &medium, &mut scratch[0], &mut deposits);
+                }
+            }
+        });
+    }
+
+    /// Follows the rays of a batch and visits every straight piece of their paths beyond order `mirror_order`.
+    fn follow_rays(
+        &self,
+        source: usize,
+        mirror_order: u32,
+        stream: &mut Stream,
+        mut visit: impl FnMut(&Way<'_>, &Piece<'_>),
     ) {
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
         let air = self.map.header().scene.air_at_source(source);
@@ -74,11 +148,8 @@ impl Renderer<'_> {
         let rays = (RAYS_PER_PACKET * traced.emissions)
             .div_ceil(u64::from(traced.batches))
             .min(u64::from(u32::MAX)) as u32;
-        let family = StreamFamily::new(self.seed(), Purpose::SpecularRay, [source as u32, 0, 0, 0]);
-        let mut stream = family.stream(u64::from(batch));
         let directions = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
-        let nothing = vec![Lanes::ZERO; lanes_of(self.table.bands())];
-        let (mut energy, mut scratch) = (nothing.clone(), nothing);
+        let mut energy = vec![Lanes::ZERO; lanes_of(self.table.bands())];
         for ray in 0..rays {
             let direction = warp::uniform_sphere(directions.point(ray));
             energy.fill(Lanes::ONE);
@@ -86,107 +157,260 @@ impl Renderer<'_> {
             energy.divide(f64::from(rays));
             let mut usual = energy.largest();
             let mut way = Way {
+                radiator,
+                origin: self.geometry.in_general_position(radiator.position, End::Source),
+                emitted: direction,
                 departure: Departure::free(radiator.position.as_vec3()),
                 direction,
                 length: 0.0,
                 stretch: self.table.propagation().stretch(air, radiator.position),
-                reflections: 0,
+                chain: Vec::new(),
+                chance: f64::from(rays),
             };
             while energy.largest() > 0.0 {
                 let hit = self.geometry.closest_hit(way.departure, way.direction);
-                if way.reflections > mirror_order {
-                    estimate.crossings.pass(Beam::Mirrored, &energy);
-                    self.cross(&way, hit.as_ref(), tile, &energy, &mut scratch, estimate);
+                if way.chain.len() > mirror_order as usize {
+                    let rest = ((self.bins.reach - way.length) / way.stretch) as f32;
+                    let end = || way.departure.origin + way.direction * rest;
+                    let piece = Piece {
+                        ends: (way.departure.origin, hit.map_or_else(end, |hit| hit.position)),
+                        start_length: way.length,
+                        energy: &energy,
+                        fades_from: 0.0,
+                        beam: Beam::Mirrored,
+                    };
+                    visit(&way, &piece);
                 }
                 let Some(hit) = hit else { break };
-                let (reflections, before) = (way.reflections, energy.largest());
-                if !self.mirror(&mut way, &hit, &mut energy, &mut stream) {
+                let (reflections, before) = (way.chain.len(), energy.largest());
+                if !self.mirror(&mut way, &hit, &mut energy, stream) {
                     break;
                 }
                 // What a partition lets through is all that there is behind it.
-                if way.reflections == reflections {
+                if way.chain.len() == reflections {
                     usual *= energy.largest() / before;
                 }
-                if !survives(&mut energy, LIGHT * usual, &mut stream) {
-                    break;
+                let survival = energy.largest() / (LIGHT * usual);
+                if survival < 1.0 {
+                    energy.divide(survival);
+                    way.chance *= survival;
+                    if stream.uniform_fine() >= survival {
+                        break;
+                    }
                 }
             }
         }
     }
 
-    /// Adds what a ray on its way to `hit`, or to the end of the run, brings to the receivers.
-    fn cross(
+    /// Adds the sound of the image source that a ray names to a receiver, if the ray passes it within its sphere.
+    fn find_image(
         &self,
-        way: &Way,
-        hit: Option<&Hit>,
-        tile: &Tile<'_>,
-        energy: &[Lanes],
-        scratch: &mut [Lanes],
-        estimate: &mut BatchEstimate<'_>,
+        way: &Way<'_>,
+        piece: &Piece<'_>,
+        (index, receiver): (usize, &PreparedReceiver),
+        stream: &mut Stream,
+        [scratch, factor]: &mut [Vec<Lanes>; 2],
+        deposits: &mut ClassDeposits<'_>,
     ) {
-        let start = way.departure.origin;
-        let end = hit.map_or_else(
-            || start + way.direction * ((self.bins.reach - way.length) / way.stretch) as f32,
-            |hit| hit.position,
-        );
-        let piece = Piece {
-            ends: (start, end),
-            start_length: way.length,
-            energy,
-            fades_from: 0.0,
-            beam: Beam::Mirrored,
+        let ball = receiver.balls.mirrored();
+        if !ball.is_passed(piece.ends) {
+            let is_near = || ball.is_passed_nearby(self.geometry, piece.ends);
+            return deposits.crossings.pass_near(Beam::Mirrored, index, piece.energy, is_near);
+        }
+        deposits.crossings.cross(Beam::Mirrored, index, piece.energy);
+        let ends = Ends {
+            radiator: way.radiator,
+            origin: way.origin,
+            receiver: receiver.exact,
+            displaced: self.geometry.in_general_position(receiver.exact, End::Receiver),
         };
-        let receivers = tile.receivers.iter().zip(&tile.direct_lengths).enumerate();
-        let receivers = receivers.map(|(index, (receiver, &length))| (index, receiver, length));
-        let mut deposits = estimate.class(PathClass::LateSpecular);
-        cross(&piece, receivers, &self.medium(), scratch, &mut deposits);
+        let chain: SmallVec<[&Reflection; 16]> = way.chain.iter().rev().collect();
+        let found = chain::arrive(self.geometry, &self.table, &ends, &chain, factor);
+        let Some((MirrorArrival { length: path, towards, factor, .. }, leaving)) = found else { return };
+        let length = path * receiver.stretch;
+        let Some(bin) = self.bins.bin(length) else { return };
+        let cone = Cone::new(leaving, ball.radius() / path);
+        if !cone.contains(way.emitted) {
+            return;
+        }
+        let source = way.radiator.position.as_vec3();
+        let finds = |direction| self.finds(&way.chain, source, direction, ball);
+        let probability = cone.share() / trials_per_success(&cone, finds, stream);
+        let weight = receiver.sensitivity.to(towards) / (probability * way.chance);
+        scratch.set_times(factor, spread(path) * weight);
+        let medium = self.medium();
+        medium.receive(receiver, length, scratch);
+        deposits.add(Arriving { receiver: index, towards, length, bin }, scratch, &medium);
+    }
+
+    /// Whether a ray that leaves `source` [m] in `direction` runs along the whole of a chain and then passes the middle of a ball within its
+    /// radius. Partitions are passed.
+    fn finds(&self, chain: &[Reflection], source: Vec3, mut direction: Vec3, ball: &ReceiverSphere) -> bool {
+        let mut departure = Departure::free(source);
+        let mut mirrors = chain.iter().map(|reflection| reflection.mirror).peekable();
+        loop {
+            let hit = self.geometry.closest_hit(departure, direction);
+            let is_last = mirrors.peek().is_none();
+            let end = || departure.origin + direction * self.bins.reach as f32;
+            if is_last && ball.is_passed((departure.origin, hit.map_or_else(end, |hit| hit.position))) {
+                return true;
+            }
+            let Some(hit) = hit else { return false };
+            if mirrors.next_if_eq(&Mirror { surface: hit.surface, side: hit.side }).is_some() {
+                direction = self.mirrored(direction, &hit);
+                departure = self.geometry.leave(hit.position, hit.surface, hit.side);
+            } else if self.table.mean_row(hit.surface).is_partition {
+                let Some(passage) = self.geometry.pass(&hit) else { return false };
+                departure = passage.departure;
+            } else {
+                return false;
+            }
+        }
     }
 
     /// Mirrors a ray at `hit`, or lets it through; false where the run ends before.
-    fn mirror(&self, way: &mut Way, hit: &Hit, energy: &mut [Lanes], stream: &mut Stream) -> bool {
+    fn mirror(&self, way: &mut Way<'_>, hit: &Hit, energy: &mut [Lanes], stream: &mut Stream) -> bool {
         let end = hit.position;
         way.length += f64::from(way.departure.origin.distance(end)) * way.stretch;
         if way.length > self.bins.reach {
             return false;
         }
-        let normal = normal_on(hit.side, self.normals[hit.surface.0 as usize]);
-        let row = &*self.table.row(hit.surface, way.direction.as_dvec3());
-        let through = row.through();
-        let passes = through > 0.0 && stream.uniform_fine() < through;
-        let (factors, share) =
-            if passes { (&row.transmitted, through) } else { (&row.specular, 1.0 - through) };
-        for (energy, &factor) in energy.iter_mut().zip(&factors.energy) {
-            *energy *= factor / share;
+        let direction = way.direction.as_dvec3();
+        if let Some(interface) = self.table.propagation().interface(hit.surface, hit.side) {
+            // What passes is left to packets.
+            let normal = self.table.normal(hit.surface);
+            energy.scale(refract(direction.normalize(), normal, interface.sides).reflected);
+        } else {
+            let row = &*self.table.row(hit.surface, direction);
+            let through = row.through();
+            let passes = through > 0.0 && stream.uniform_fine() < through;
+            let (factors, share) =
+                if passes { (&row.transmitted, through) } else { (&row.specular, 1.0 - through) };
+            for (energy, &factor) in energy.iter_mut().zip(&factors.energy) {
+                *energy *= factor / share;
+            }
+            way.chance *= share;
+            if passes {
+                let Some(passage) = self.geometry.pass(hit) else { return false };
+                way.departure = passage.departure;
+                way.length += passage.thickness() * way.stretch;
+                return true;
+            }
         }
-        if passes {
-            let Some(passage) = self.geometry.pass(hit) else { return false };
-            way.departure = passage.departure;
-            way.length += passage.thickness() * way.stretch;
-            return true;
-        }
-        way.direction = (way.direction - 2.0 * way.direction.dot(normal) * normal).normalize();
+        way.direction = self.mirrored(way.direction, hit);
         way.departure = self.geometry.leave(end, hit.surface, hit.side);
-        way.reflections += 1;
+        let source = [way.origin, way.radiator.position];
+        let images = way.chain.last().map_or(source, |last| [last.image, last.of_radiator]);
+        let mirror = Mirror { surface: hit.surface, side: hit.side };
+        way.chain.push(Reflection::new(self.geometry, mirror, images));
         true
+    }
+
+    fn mirrored(&self, direction: Vec3, hit: &Hit) -> Vec3 {
+        let normal = self.normals[hit.surface.0 as usize];
+        (direction - 2.0 * direction.dot(normal) * normal).normalize()
     }
 }
 
 /// State of a ray.
-struct Way {
+struct Way<'a> {
+    radiator: Radiator<'a>,
+    /// The radiator's position in general position [m].
+    origin: DVec3,
+    /// Direction in which it left the source.
+    emitted: Vec3,
     departure: Departure,
-    direction: glam::Vec3,
+    direction: Vec3,
     /// Length from the source [m], times c₀/c of its air.
     length: f64,
     stretch: f64,
-    reflections: u32,
+    /// Its reflections.
+    chain: Vec<Reflection>,
+    /// Number of rays times the probability of all that was drawn about this one since.
+    chance: f64,
 }
 
-/// Whether a ray that carries `energy` goes on: by roulette where that is less than `light` in every band.
-fn survives(energy: &mut [Lanes], light: f64, stream: &mut Stream) -> bool {
-    let survival = energy.largest() / light;
-    if survival >= 1.0 {
-        return true;
+impl Way<'_> {
+    /// Whether the path of its image source to a receiver is early: the length of that path, not of the ray's, so that all rays of a chain agree.
+    fn is_early_at(&self, receiver: &PreparedReceiver) -> bool {
+        let distance = |last: &Reflection| last.of_radiator.distance(receiver.exact) * self.stretch;
+        self.chain.last().is_some_and(|last| receiver.balls.is_early(distance(last)))
     }
-    energy.divide(survival);
-    stream.uniform_fine() < survival
+}
+
+/// Sums over rays that cross a sphere: energy, and what half the cross section finds more.
+#[derive(Debug, Clone, Copy, Default)]
+struct Variation {
+    energy: f64,
+    more: f64,
+    more_squared: f64,
+}
+
+impl Variation {
+    fn add(&mut self, energy: f64, chord: &Chord) {
+        let found = energy * chord.fluence;
+        let more = found * (chord.gain - 1.0);
+        *self = self.with(Self { energy: found, more, more_squared: more * more });
+    }
+
+    fn with(self, other: Self) -> Self {
+        Self {
+            energy: self.energy + other.energy,
+            more: self.more + other.more,
+            more_squared: self.more_squared + other.more_squared,
+        }
+    }
+
+    fn is_significant(self) -> bool {
+        let more = self.more.abs();
+        more > LEAST_VARIATION * self.energy && more > SIGNIFICANT * self.more_squared.sqrt()
+    }
+}
+
+/// Directions about an axis; all directions where its aperture is the whole sphere.
+struct Cone {
+    frame: Frame,
+    axis: DVec3,
+    sine: f64,
+    /// 1 − cos of the half angle.
+    depth: f64,
+}
+
+impl Cone {
+    /// The cone about `axis` whose half angle has this `sine`; from 1 on all directions.
+    fn new(axis: DVec3, sine: f64) -> Self {
+        let axis = axis.normalize();
+        let depth = if sine < 1.0 { 1.0 - (1.0 - sine * sine).sqrt() } else { 2.0 };
+        Self { frame: Frame::about(axis.as_vec3()), axis, sine, depth }
+    }
+
+    /// Its share of all directions [1].
+    fn share(&self) -> f64 {
+        0.5 * self.depth
+    }
+
+    fn contains(&self, direction: Vec3) -> bool {
+        let direction = direction.as_dvec3();
+        self.sine >= 1.0 || direction.dot(self.axis) > 0.0 && direction.cross(self.axis).length() < self.sine
+    }
+
+    fn sample(&self, u: [f32; 2]) -> Vec3 {
+        let [u, v] = u.map(f64::from);
+        let depth = u * self.depth;
+        let (sine, cosine) = libm::sincos(core::f64::consts::TAU * v);
+        let aside = (depth * (2.0 - depth)).sqrt();
+        self.frame.outward(DVec3::new(aside * cosine, aside * sine, 1.0 - depth).as_vec3())
+    }
+}
+
+/// Directions of a cone that are tried for each that `finds`: the mean over [`SUCCESSES`], without bias.
+fn trials_per_success(cone: &Cone, finds: impl Fn(Vec3) -> bool, stream: &mut Stream) -> f64 {
+    let mut successes = 0;
+    for trial in 1..=MOST_TRIALS {
+        successes += u32::from(finds(cone.sample(stream.uniform_pair())));
+        if successes == SUCCESSES {
+            return f64::from(trial) / f64::from(SUCCESSES);
+        }
+    }
+    f64::from(MOST_TRIALS) / f64::from(successes.max(1))
 }

@@ -25,18 +25,18 @@ pub(crate) struct AssignedClasses {
     pub diffuse: bool,
 }
 
-/// Whether a segment with `history` is left to the sphere. Direct sound never is; what has met an interface since its last diffuse
-/// reflection always is, since no straight way leads there.
+/// Whether a segment with `history` is left to the sphere. Direct sound never is; what passed an interface since its last diffuse reflection,
+/// or since the source, always is, since no straight way leads there, and so is what came back from one after a diffuse reflection.
 #[inline]
 #[must_use]
 pub(crate) fn is_left_to_sphere(history: SegmentHistory, others: AssignedClasses) -> bool {
-    if history.interfaces > 0 {
-        return true;
+    if let Some(order) = history.image_order() {
+        return order > others.mirror_order && !others.specular_rays;
     }
-    match (history.diffused, history.specular_run) {
-        (false, run) => run > others.mirror_order && !others.specular_rays,
-        (true, 0) => !others.diffuse,
-        (true, run) => run > others.image_order,
+    match (history.interfaces, history.specular_run) {
+        (0, 0) => !others.diffuse,
+        (0, run) => run > others.image_order,
+        _ => true,
     }
 }
 
@@ -106,8 +106,13 @@ mod tests {
 
     #[test]
     fn each_history_has_one_owner() {
-        let history =
-            |specular_run, diffused| SegmentHistory { order: 9, specular_run, diffused, interfaces: 0 };
+        let history = |specular_run, diffused| SegmentHistory {
+            order: 9,
+            specular_run,
+            diffused,
+            interfaces: 0,
+            refractions: 0,
+        };
         let others = AssignedClasses { mirror_order: 2, specular_rays: false, image_order: 1, diffuse: true };
         assert!(!is_left_to_sphere(history(0, false), others), "direct sound");
         assert!(!is_left_to_sphere(history(2, false), others), "image-source path");
@@ -120,13 +125,18 @@ mod tests {
         let alone = AssignedClasses { mirror_order: 0, image_order: 0, diffuse: false, ..others };
         assert!(!is_left_to_sphere(history(0, false), alone), "direct sound");
         for (run, diffused) in [(0, false), (1, false), (0, true), (1, true)] {
-            let refracted = SegmentHistory { interfaces: 1, ..history(run, diffused) };
+            let refracted = SegmentHistory { interfaces: 1, refractions: 1, ..history(run, diffused) };
             assert!(
                 is_left_to_sphere(refracted, others)
                     && is_left_to_sphere(refracted, mirrored)
                     && is_left_to_sphere(refracted, alone)
             );
         }
+        let returned = |interfaces, diffused| SegmentHistory { interfaces, ..history(1, diffused) };
+        assert!(!is_left_to_sphere(returned(1, false), others), "image source in an interface");
+        assert!(
+            is_left_to_sphere(returned(2, false), others) && is_left_to_sphere(returned(1, true), others)
+        );
         assert!(
             is_left_to_sphere(history(1, false), alone)
                 && is_left_to_sphere(history(0, true), alone)

@@ -8,6 +8,7 @@
 //! Reference: [AllenBerkley1979] (docs/references.md).
 
 pub(crate) mod beam;
+pub(crate) mod chain;
 pub(crate) mod lattice;
 pub(crate) mod tree;
 

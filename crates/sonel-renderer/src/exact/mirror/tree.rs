@@ -1,20 +1,19 @@
 //! Images of a source over the planar surfaces of any geometry, validated at every receiver.
 //!
-//! A node is an image source with its sequence of reflecting surfaces. A sequence is omitted only where it can carry no
-//! energy: no band
-//! reflects there as a mirror, the surface shows its solid side to the image, or the beam of the chain before it misses
-//! the surface. What stands in the way is found out at every receiver.
+//! A node is an image source with its sequence of reflecting surfaces, walls and interfaces between airs. A sequence is omitted only
+//! where it can carry no energy: no band reflects there as a mirror, the surface shows its solid side to the image, or the beam of the
+//! chain before it misses the surface. What stands in the way is found out at every receiver.
 
 use std::collections::HashMap;
 
 use glam::DVec3;
-use smallvec::{SmallVec, smallvec};
-use sonel_geometry::{Crossed, Departure, End, Geometry, Leg, MOST_ROUNDS, PlaneId, Side, Sight, SurfaceId};
+use smallvec::SmallVec;
+use sonel_geometry::{Crossed, Departure, End, Geometry, PlaneId, Side, SurfaceId};
 use sonel_map::{BandValues, CoefficientTable, Lanes, lanes_of};
 
 use super::beam::{Beam, clip, outline};
+use super::chain::{self, Ends, Mirror, Reflection};
 use super::{Image, MirrorArrival, Radiator};
-use crate::partition::Partitions;
 
 /// No chain is longer, however few the surfaces.
 const ORDER_LIMIT: u32 = 24;
@@ -24,9 +23,6 @@ const SHIFTS: f64 = 4.0;
 
 /// Angle outside its beam up to which a chain is tried [rad]: beams are cut a resolution inside the surfaces that they light.
 const BEAM_SLACK: f64 = 1e-4;
-
-/// Depth behind its plane to which a mirror's triangles are sought [resolutions]: corners may be one off the plane of their surface.
-const DEPTH: f64 = 2.0;
 
 /// Height over a mirror, in resolutions, up to which a facet only touches it. What is cut off there grows with the beams behind it, which are
 /// a resolution generous: they stay larger than the true ones up to a thousand times the distance.
@@ -52,23 +48,12 @@ pub(crate) struct ImageTree {
 
 #[derive(Debug, Clone, Copy)]
 struct Node {
-    /// Image of the origin.
-    image: DVec3,
-    /// Image of the radiator itself.
-    of_radiator: DVec3,
-    mirror: Mirror,
+    reflection: Reflection,
     /// Index of the node before, none for first-order images.
     parent: Option<u32>,
     order: u32,
     /// Range of the sides of its beam.
     sides: (u32, u32),
-}
-
-/// A surface seen from one side.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-struct Mirror {
-    surface: SurfaceId,
-    side: Side,
 }
 
 /// A mirror with its outline.
@@ -85,10 +70,10 @@ struct Facet {
 /// A beam while the tree grows.
 struct Grown {
     beam: Beam,
+    /// The last reflection of its chain and the plane of its mirror.
+    last: Option<(Reflection, PlaneId)>,
     /// The image of the radiator itself.
     of_radiator: DVec3,
-    /// The last mirror of its chain and that mirror's plane.
-    last: Option<(Mirror, PlaneId)>,
     parent: Option<u32>,
     /// Its node, once it has one.
     index: Option<u32>,
@@ -140,19 +125,12 @@ impl ImageTree {
 
     fn adopt(&mut self, grown: &mut Grown) {
         let index = self.nodes.len() as u32;
-        let (mirror, _) = grown.last.expect("every beam but the source's has a mirror");
+        let (reflection, _) = grown.last.expect("every beam but the source's has a mirror");
         let first_side = self.sides.len() as u32;
         self.sides.extend(grown.beam.sides());
         let sides = (first_side, self.sides.len() as u32);
-        self.nodes.push(Node {
-            image: grown.beam.apex,
-            of_radiator: grown.of_radiator,
-            mirror,
-            parent: grown.parent,
-            order: self.order,
-            sides,
-        });
-        self.children.insert((grown.parent, mirror), index);
+        self.nodes.push(Node { reflection, parent: grown.parent, order: self.order, sides });
+        self.children.insert((grown.parent, reflection.mirror), index);
         grown.index = Some(index);
     }
 
@@ -172,41 +150,17 @@ impl ImageTree {
         mut found: impl FnMut(&MirrorArrival<'_>),
     ) {
         let mut factor = vec![Lanes::ZERO; self.lanes];
-        let from = geometry.in_general_position(receiver, End::Receiver);
-        let passes = |surface| table.mean_row(surface).is_partition;
-        for node in &self.nodes {
-            let validated = if table.transmits() {
-                self.validate_through(geometry, node, from, &passes)
-            } else {
-                let leaving = self.validate(geometry, node, from, None, |_| false);
-                leaving.map(|leaving| (leaving, Sight::default()))
-            };
-            let Some((leaving, sight)) = validated else { continue };
-            let offset = node.of_radiator - sight.shift - receiver;
-            self.mirror(table, node, offset, &mut factor);
-            let passed = Partitions::from(sight);
-            passed.attenuate(table, &mut factor);
-            radiator.towards(leaving).weigh(&mut factor);
-            let in_air = offset.length();
-            let length = in_air + passed.thickness();
-            // Sound spreads in the air alone.
-            let spreads = (length / in_air) * (length / in_air);
-            factor.scale(spreads);
-            let mirrors = self.chain(node).map(|node| node.mirror.surface).collect();
-            let towards = offset / in_air;
-            let through = passed.materials(geometry);
-            found(&MirrorArrival { length, towards, order: node.order, mirrors, factor: &factor, through });
-        }
-    }
-
-    /// ∏ (1−α)(1−s) along the chain of `leaf` for sound that reaches its last mirror from `towards`, seen from the receiver.
-    fn mirror(&self, table: &CoefficientTable, leaf: &Node, mut towards: DVec3, factor: &mut [Lanes]) {
-        factor.fill(Lanes::ONE);
-        for node in self.chain(leaf) {
-            table.mirror(node.mirror.surface, towards, factor);
-            if table.is_angular() {
-                let normal = table.normal(node.mirror.surface);
-                towards -= 2.0 * towards.dot(normal) * normal;
+        let ends = Ends {
+            radiator,
+            origin: self.origin,
+            receiver,
+            displaced: geometry.in_general_position(receiver, End::Receiver),
+        };
+        let slack = if table.transmits() { self.slack } else { 0.0 };
+        for node in self.nodes.iter().filter(|node| self.is_in_beam(node, ends.displaced, slack)) {
+            let chain: SmallVec<[&Reflection; 8]> = self.chain(node).collect();
+            if let Some((arrival, _)) = chain::arrive(geometry, table, &ends, &chain, &mut factor) {
+                found(&arrival);
             }
         }
     }
@@ -226,7 +180,7 @@ impl ImageTree {
     /// Position of image number `image` of the radiator relative to the scene's centre [m], as it is and in general position.
     #[must_use]
     pub(crate) fn positions(&self, image: usize) -> [DVec3; 2] {
-        let Node { of_radiator, image, .. } = self.nodes[image];
+        let Reflection { of_radiator, image, .. } = self.nodes[image].reflection;
         [of_radiator, image]
     }
 
@@ -239,13 +193,13 @@ impl ImageTree {
 
     /// The mirrors of image number `image`, the last one first.
     pub(crate) fn mirrors(&self, image: usize) -> impl Iterator<Item = (SurfaceId, Side)> + '_ {
-        self.chain(&self.nodes[image]).map(|node| (node.mirror.surface, node.mirror.side))
+        self.chain(&self.nodes[image]).map(|Reflection { mirror, .. }| (mirror.surface, mirror.side))
     }
 
-    /// A node and those before it.
-    fn chain<'a>(&'a self, leaf: &'a Node) -> impl Iterator<Item = &'a Node> {
+    /// The reflections of a node, the last one first.
+    fn chain<'a>(&'a self, leaf: &'a Node) -> impl Iterator<Item = &'a Reflection> {
         let parent = |node: &&'a Node| node.parent.map(|parent| &self.nodes[parent as usize]);
-        std::iter::successors(Some(leaf), parent)
+        std::iter::successors(Some(leaf), parent).map(|node| &node.reflection)
     }
 
     /// All images with their orders and ∏ (1−α)(1−s).
@@ -253,10 +207,10 @@ impl ImageTree {
     pub(crate) fn images(&self, table: &CoefficientTable) -> Vec<Image> {
         let image = |node: &Node| {
             let mut factor = vec![Lanes::ONE; self.lanes];
-            for node in self.chain(node) {
-                factor.multiply(&table.mean_row(node.mirror.surface).specular.energy);
+            for reflection in self.chain(node) {
+                factor.multiply(&table.mean_row(reflection.mirror.surface).specular.energy);
             }
-            Image { position: node.image, order: node.order, signs: DVec3::ONE, factor }
+            Image { position: node.reflection.image, order: node.order, signs: DVec3::ONE, factor }
         };
         self.nodes.iter().map(image).collect()
     }
@@ -306,100 +260,24 @@ impl ImageTree {
     /// Whether a place is in the beam of a node, `slack` [m] about it included.
     fn is_in_beam(&self, node: &Node, place: DVec3, slack: f64) -> bool {
         let sides = &self.sides[node.sides.0 as usize..node.sides.1 as usize];
-        let offset = place - node.image;
+        let offset = place - node.reflection.image;
         let outside = -BEAM_SLACK * offset.length() - slack;
         sides.iter().all(|side| side.dot(offset) >= outside)
     }
 
-    /// Follows the chain backwards from `from`, which lies in the plane that is `left`. Returns the offset from the origin of the tree to the
-    /// first reflection where nothing is in the way but what is `ignored`.
+    /// The offset from the origin of the tree to the first reflection of the path over a chain to `from`, which lies in the plane that is
+    /// `left`, where nothing is in the way but what is `ignored`.
     fn validate(
         &self,
         geometry: &Geometry,
         leaf: &Node,
         from: DVec3,
-        mut left: Option<PlaneId>,
-        mut ignored: impl FnMut(&Crossed) -> bool,
+        left: Option<PlaneId>,
+        ignored: impl FnMut(&Crossed) -> bool,
     ) -> Option<DVec3> {
-        if !self.is_in_beam(leaf, from, 0.0) {
-            return None;
-        }
-        let mut point = from;
-        for node in self.chain(leaf) {
-            point = met(geometry, node, point, left, &mut ignored)?;
-            left = Some(geometry.surface(node.mirror.surface).plane);
-        }
-        let is_blocked = geometry.visit_between([point, self.origin], left, |face| !ignored(&face));
-        (!is_blocked).then_some(point - self.origin)
+        let is_in_beam = self.is_in_beam(leaf, from, 0.0);
+        is_in_beam.then(|| chain::connect(geometry, self.chain(leaf), [self.origin, from], left, ignored))?
     }
-
-    /// The same past surfaces that `passes`, with what is passed. Its shift is that of the image as it is seen from `from`.
-    ///
-    /// Validation as for a straight way ([`Geometry::sight`]): the shifts of the legs are assumed and the chain is followed until both agree.
-    fn validate_through(
-        &self,
-        geometry: &Geometry,
-        leaf: &Node,
-        from: DVec3,
-        passes: &dyn Fn(SurfaceId) -> bool,
-    ) -> Option<(DVec3, Sight)> {
-        if !self.is_in_beam(leaf, from, self.slack) {
-            return None;
-        }
-        let chain: SmallVec<[&Node; 8]> = self.chain(leaf).collect();
-        let mut assumed: SmallVec<[DVec3; 8]> = smallvec![DVec3::ZERO; chain.len() + 1];
-        for _ in 0..MOST_ROUNDS {
-            let seen = as_seen(geometry, &chain, &assumed);
-            let mut legs: SmallVec<[Sight; 8]> = smallvec![Sight::default(); chain.len() + 1];
-            let leaving = self.follow_back(geometry, &chain, from, &seen, passes, &mut legs);
-            let is_same = |(leg, assumed): (&Sight, &DVec3)| geometry.is_same_shift(leg.shift, *assumed);
-            if legs.iter().zip(&assumed).all(is_same) {
-                let surfaces = legs.iter().flat_map(|leg| leg.surfaces.iter().copied()).collect();
-                let thickness = legs.iter().map(|leg| leg.thickness).sum();
-                return leaving.map(|leaving| (leaving, Sight { surfaces, shift: seen[0], thickness }));
-            }
-            assumed = legs.iter().map(|leg| leg.shift).collect();
-        }
-        None
-    }
-
-    /// Follows `chain` backwards from `from`, where `shifts` is how far from where they are without partitions its images are seen on each leg,
-    /// and notes in `legs` what is passed.
-    fn follow_back(
-        &self,
-        geometry: &Geometry,
-        chain: &[&Node],
-        from: DVec3,
-        shifts: &[DVec3],
-        passes: &dyn Fn(SurfaceId) -> bool,
-        legs: &mut [Sight],
-    ) -> Option<DVec3> {
-        let (mut from, mut left) = (from, None);
-        for ((node, shift), sight) in chain.iter().zip(shifts).zip(&mut *legs) {
-            let plane = geometry.surface(node.mirror.surface).plane;
-            let leg = Leg { from, way: node.image - *shift - from, left };
-            let met = geometry.follow(leg, passes, |face| face.plane == plane, sight)??;
-            if met.surface != node.mirror.surface || met.side != node.mirror.side {
-                return None;
-            }
-            (from, left) = (met.place, Some(plane));
-        }
-        let way = self.origin - shifts[chain.len()] - from;
-        geometry.follow(Leg { from, way, left }, passes, |_| false, &mut legs[chain.len()])?;
-        Some(-way)
-    }
-}
-
-/// How far from where they are without partitions the images of a chain, the last mirror first, are seen on every leg, for the shift of each
-/// [m]: what the legs behind a mirror shift is seen in it.
-fn as_seen(geometry: &Geometry, chain: &[&Node], shifts: &[DVec3]) -> SmallVec<[DVec3; 8]> {
-    let mut seen: SmallVec<[DVec3; 8]> = SmallVec::from_slice(shifts);
-    for (leg, node) in chain.iter().enumerate().rev() {
-        let normal = geometry.surface(node.mirror.surface).normal;
-        let behind = seen[leg + 1];
-        seen[leg] += behind - 2.0 * behind.dot(normal) * normal;
-    }
-    seen
 }
 
 /// Thickness of the thickest partition that sound passes [m].
@@ -412,40 +290,13 @@ fn thickest(geometry: &Geometry, table: &CoefficientTable) -> f64 {
     partitions.filter_map(|surface| geometry.partition_thickness(surface)).fold(0.0, f64::max)
 }
 
-/// Where the way from `point`, in the plane that is `left`, to the image of `node` meets its mirror; none where it meets anything before that
-/// is not `ignored`, or the plane beside the mirror.
-fn met(
-    geometry: &Geometry,
-    node: &Node,
-    point: DVec3,
-    left: Option<PlaneId>,
-    mut ignored: impl FnMut(&Crossed) -> bool,
-) -> Option<DVec3> {
-    let Node { mirror, image, .. } = *node;
-    let reflection = crossing(geometry, mirror, point, image)?;
-    let (above, below) = (height(geometry, mirror, point), -height(geometry, mirror, image));
-    let depth = below.min(DEPTH * f64::from(geometry.resolution()));
-    let beyond = point + (image - point) * ((above + depth) / (above + below));
-    let (ends, plane) = ([point, beyond], geometry.surface(mirror.surface).plane);
-    let is_mirror = |face: &Crossed| face.surface == mirror.surface && face.side == mirror.side;
-    let (mut there, at) = (None::<Crossed>, above / (above + depth));
-    let is_blocked = geometry.visit_between(ends, left, |face| {
-        if face.plane != plane {
-            return face.share < at && !ignored(&face);
-        }
-        if there.is_none_or(|known| face.hides(&known)) {
-            there = Some(face);
-        }
-        false
-    });
-    (!is_blocked && there.is_some_and(|face| is_mirror(&face))).then_some(reflection)
-}
-
-/// Surfaces that mirror anything in any band, from the sides that face air.
+/// Surfaces that mirror anything in any band, from the sides that face air, and interfaces.
 fn facets(geometry: &Geometry, table: &CoefficientTable) -> Vec<Facet> {
     let mut facets = Vec::new();
     for (index, surface) in geometry.surfaces().iter().enumerate() {
-        if table.material(surface.material).specular.energy.largest() <= 0.0 {
+        let id = SurfaceId(index as u32);
+        let is_interface = table.propagation().interface(id, Side::Front).is_some();
+        if !is_interface && table.material(surface.material).specular.energy.largest() <= 0.0 {
             continue;
         }
         let corners: Vec<DVec3> = surface
@@ -459,29 +310,11 @@ fn facets(geometry: &Geometry, table: &CoefficientTable) -> Vec<Facet> {
         let radius = outline.iter().map(|corner| corner.distance(centre)).fold(0.0, f64::max);
         let sides = if surface.closed { &[Side::Front][..] } else { &[Side::Front, Side::Back] };
         for &side in sides {
-            let mirror = Mirror { surface: SurfaceId(index as u32), side };
+            let mirror = Mirror { surface: id, side };
             facets.push(Facet { mirror, plane: surface.plane, outline: outline.clone(), centre, radius });
         }
     }
     facets
-}
-
-/// Signed distance of `point` (about the scene's centre) above the mirror's plane, positive on its side [m].
-fn height(geometry: &Geometry, mirror: Mirror, point: DVec3) -> f64 {
-    let surface = geometry.surface(mirror.surface);
-    let offset = surface.offset - surface.normal.dot(geometry.center());
-    (surface.normal.dot(point) - offset) * mirror.side.sign()
-}
-
-fn reflected(geometry: &Geometry, mirror: Mirror, point: DVec3) -> DVec3 {
-    let normal = geometry.surface(mirror.surface).normal * mirror.side.sign();
-    point - 2.0 * height(geometry, mirror, point) * normal
-}
-
-/// Point where the line from `point`, on the mirror's side, to `image`, behind it, crosses its plane.
-fn crossing(geometry: &Geometry, mirror: Mirror, point: DVec3, image: DVec3) -> Option<DVec3> {
-    let (above, below) = (height(geometry, mirror, point), height(geometry, mirror, image));
-    (above > 0.0 && below < 0.0).then(|| point + (image - point) * (above / (above - below)))
 }
 
 /// All beams that follow from those of one order, or none where they are more than `room_left`.
@@ -493,12 +326,11 @@ fn grow(geometry: &Geometry, facets: &[Facet], parents: &[Grown], room_left: usi
             if next.len() == room_left {
                 return None;
             }
-            let image = reflected(geometry, facet.mirror, parent.beam.apex);
-            let beam = Beam::new(image, &aperture);
+            let reflection = Reflection::new(geometry, facet.mirror, [parent.beam.apex, parent.of_radiator]);
             next.push(Grown {
-                beam,
-                of_radiator: reflected(geometry, facet.mirror, parent.of_radiator),
-                last: Some((facet.mirror, facet.plane)),
+                beam: Beam::new(reflection.image, &aperture),
+                of_radiator: reflection.of_radiator,
+                last: Some((reflection, facet.plane)),
                 parent: parent.index,
                 index: None,
             });
@@ -509,7 +341,7 @@ fn grow(geometry: &Geometry, facets: &[Facet], parents: &[Grown], room_left: usi
 
 /// The part of `facet` that the beam of `parent` lights; none where it lights nothing.
 fn lit_part(geometry: &Geometry, parent: &Grown, facet: &Facet) -> Option<Vec<DVec3>> {
-    if height(geometry, facet.mirror, parent.beam.apex) <= 0.0 {
+    if facet.mirror.height(geometry, parent.beam.apex) <= 0.0 {
         return None;
     }
     let Some((last, plane)) = parent.last else { return Some(facet.outline.clone()) };
@@ -517,7 +349,7 @@ fn lit_part(geometry: &Geometry, parent: &Grown, facet: &Facet) -> Option<Vec<DV
         return None;
     }
     let tolerance = f64::from(geometry.resolution());
-    let above = clip(&facet.outline, |corner| height(geometry, last, corner) - TOUCHING * tolerance);
+    let above = clip(&facet.outline, |corner| last.mirror.height(geometry, corner) - TOUCHING * tolerance);
     let rest = parent.beam.clip(above, tolerance);
     (!rest.is_empty()).then_some(rest)
 }

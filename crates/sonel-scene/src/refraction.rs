@@ -9,8 +9,8 @@
 //!
 //! Reference: [Kuttruff2009], docs/physics.md §3.
 
+use crate::propagation::AirSide;
 use glam::DVec3;
-use sonel_scene::AirSide;
 
 /// Reflection and refraction of a plane wave at an interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
