@@ -39,10 +39,16 @@ pub(crate) fn orient(mesh: &mut Mesh, drawing: &Drawing<'_>) -> Oriented {
 
 /// Two triangles joined across an edge, and whether they agree in orientation as they are.
 #[derive(Clone, Copy)]
-struct Joint {
-    a: u32,
-    b: u32,
+pub(crate) struct Joint {
+    pub a: u32,
+    pub b: u32,
     agree: bool,
+}
+
+impl Joint {
+    pub(crate) fn new(mesh: &Mesh, edge: &SharedEdge, [a, b]: [u32; 2]) -> Self {
+        Self { a, b, agree: edge.is_ahead(mesh, a) != edge.is_ahead(mesh, b) }
+    }
 }
 
 /// Turns the second of two faces that coincide against the first, so that each is in front on its side.
@@ -55,20 +61,19 @@ fn turn_against(mesh: &mut Mesh, twins: &[[u32; 2]]) {
 }
 
 /// The pairs of triangles that continue one another across an edge, without those that coincide with an earlier one.
-fn joints(mesh: &Mesh, edge: &SharedEdge, is_second: &[bool], tolerance: f64) -> Vec<Joint> {
-    let pair = |a: u32, b: u32| Joint { a, b, agree: edge.is_ahead(mesh, a) != edge.is_ahead(mesh, b) };
+pub(crate) fn joints(mesh: &Mesh, edge: &SharedEdge, is_second: &[bool], tolerance: f64) -> Vec<Joint> {
     let mut rest = edge.faces.clone();
     rest.retain(|face| !is_second[*face as usize]);
     let mut joints = Vec::new();
     if rest.len() > 2 {
         while let Some((i, j)) = continuing_pair(mesh, edge, &rest, tolerance) {
-            joints.push(pair(rest[i], rest[j]));
+            joints.push(Joint::new(mesh, edge, [rest[i], rest[j]]));
             rest.remove(j);
             rest.remove(i);
         }
     }
     if let [a, b] = rest[..] {
-        joints.push(pair(a, b));
+        joints.push(Joint::new(mesh, edge, [a, b]));
     }
     joints
 }
@@ -89,7 +94,7 @@ fn continuing_pair(mesh: &Mesh, edge: &SharedEdge, faces: &[u32], tolerance: f64
 }
 
 /// Turns triangles over until joined ones agree, as far as they can.
-fn unify(mesh: &mut Mesh, joints: &[Vec<Joint>]) {
+pub(crate) fn unify(mesh: &mut Mesh, joints: &[Vec<Joint>]) {
     let mut across: Vec<Vec<(u32, bool)>> = vec![Vec::new(); mesh.triangles.len()];
     for joint in joints.iter().flatten() {
         across[joint.a as usize].push((joint.b, joint.agree));

@@ -12,7 +12,7 @@ use sonel_console::output::{Kind, Output};
 use sonel_console::quantity::counted;
 use sonel_console::table::aligned;
 use sonel_console::{Common, Log, Outcome};
-use sonel_scene::checkup::{Checkup, Covering, Room, Times};
+use sonel_scene::checkup::{Air, Checkup, Covering, Room, Times};
 use sonel_scene::folded;
 
 /// Check a scene before tracing; exit code 1 if there are errors, warnings or faults
@@ -112,7 +112,38 @@ fn describe(room: &Room) -> String {
         room.schroeder_frequency
             .map(|hz| format!("Schroeder       {hz:.0} Hz: results below it are not valid")),
     );
-    format!("{}\n\n{}\n{}", lines.join("\n"), coverings(room), times(room))
+    format!("{}\n\n{}{}\n{}", lines.join("\n"), airs(room), coverings(room), times(room))
+}
+
+/// Most parts of the air that are listed.
+const LISTED: usize = 12;
+/// Most materials that are named of each.
+const NAMED: usize = 4;
+
+/// The parts of the air, where there are several.
+fn airs(room: &Room) -> String {
+    if room.airs.len() < 2 {
+        return String::new();
+    }
+    let named = |names: &[String]| match names.len().saturating_sub(NAMED) {
+        0 => names.join(", "),
+        more => format!("{} and {more} more", names[..NAMED].join(", ")),
+    };
+    let rows = (1..).zip(&room.airs).take(LISTED).map(|(number, Air { volume, place, materials, points })| {
+        let place = place.map(|place| place.to_array().map(|x| format!("{x:.2}")).join(", "));
+        [
+            number.to_string(),
+            volume.map_or("no bounds".to_owned(), |volume| format!("{volume:.1}")),
+            place.unwrap_or_else(|| "outside".to_owned()),
+            named(points),
+            named(materials),
+        ]
+    });
+    let table = aligned(["air", "volume [m³]", "at [m]", "sources, receivers", "materials"], rows, 0..2);
+    match room.airs.len().saturating_sub(LISTED) {
+        0 => table + "\n",
+        more => format!("{table}{more} smaller ones\n\n"),
+    }
 }
 
 fn coverings(room: &Room) -> String {

@@ -174,13 +174,15 @@ fn sealed(geometry: &Geometry, scene: &Scene) -> Option<String> {
     if scene.materials.iter().any(Material::transmits) || at_sources.is_empty() {
         return None;
     }
-    let sealed = geometry.air_cells().filter(|cell| !at_sources.contains(&cell.number));
+    let sealed = geometry.air_cells().into_iter().filter(|cell| !at_sources.contains(&cell.number));
     let named: Vec<String> =
-        sealed.map(|cell| format!("{} m³ about ({}) m", number(cell.volume), place(cell.center))).collect();
+        sealed.map(|cell| format!("{} m³ about ({}) m", number(cell.volume), place(cell.place))).collect();
     (!named.is_empty()).then(|| {
         format!(
-            "air is sealed off from every source and counts in the volume: {}; draw what closes the object, its top or bottom, or a way in",
-            listed(&named)
+            "air is sealed off from every source and counts in the volume: {}; draw what closes the object, its top or bottom, or a way in, or state where air \
+             is: air_at = [{}]",
+            listed(&named),
+            scene.sources[0].position
         )
     })
 }
