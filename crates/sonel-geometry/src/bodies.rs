@@ -3,10 +3,10 @@
 //! A body is a set of triangles that continue one another across edges and leave none open. Where an even number of faces
 //! meet at an edge, those continue one another that were drawn one after the other; of an odd number those in one plane.
 
+use crate::Mesh;
 use crate::enclosure::{signed_volume, winding_number};
 use crate::orient::{Joint, joints, unify};
 use crate::topology::{Connected, SharedEdge, leave_out, shared_edges};
-use crate::Mesh;
 use foldhash::HashSet;
 use glam::DVec3;
 use std::cell::OnceCell;
@@ -75,8 +75,9 @@ impl Bodies {
                 && place.cmple(high).all()
                 && winding_number(mesh, &body.sides, place).abs() > 0.5
         };
-        bodies.iter().filter(is_around).fold([0; 2], |[all, outward], body| {
-            [all + 1, outward + if body.is_inward { -1 } else { 1 }]
-        })
+        bodies
+            .iter()
+            .filter(is_around)
+            .fold([0; 2], |[all, outward], body| [all + 1, outward + if body.is_inward { -1 } else { 1 }])
     }
 }

@@ -188,7 +188,8 @@ impl Cells {
     /// - There is none, and the air is [thin](THICKEST_WALLS) and has [its outer faces opposite one another](LEAST_OPPOSITE_SHARE).
     fn is_masonry(&self, mesh: &Mesh, drawing: &Drawing<'_>, contacts: &Contacts) -> bool {
         let Some(bodies) = drawing.known.bodies else { return false };
-        let neighbours = |cell: u32| contacts.range((cell, 0)..=(cell, u32::MAX)).map(|(pair, areas)| (pair.1, areas));
+        let neighbours =
+            |cell: u32| contacts.range((cell, 0)..=(cell, u32::MAX)).map(|(pair, areas)| (pair.1, areas));
         let area = |cell: u32| neighbours(cell).map(|(_, [single, double])| single + double).sum::<f64>();
         let solids = self.inside().filter(|(_, cell)| !cell.is_air);
         let Some((largest, solid)) = solids.max_by(|a, b| a.1.volume.total_cmp(&b.1.volume)) else {
@@ -199,7 +200,10 @@ impl Cells {
         let beside = |cell: u32| self.place_beside(mesh, cell, drawing.tolerance);
         let [within, beyond] = [largest, around].map(|cell| bodies.depths(beside(cell)));
         let mean_free_path = |cell: u32, volume: f64| 4.0 * volume / area(cell);
-        let [wide, narrow] = [mean_free_path(largest, solid.volume), mean_free_path(around, self.cells[around as usize].volume)];
+        let [wide, narrow] = [
+            mean_free_path(largest, solid.volume),
+            mean_free_path(around, self.cells[around as usize].volume),
+        ];
         let is_apart = !contacts.contains_key(&(largest, OUTSIDE));
         let is_shell = is_apart && wide >= LEAST_ROOMINESS * narrow && narrow <= 2.0 * THICKEST_PARTITION;
         let leaves = |kind: usize| beyond[kind] > 0 && within[kind] < beyond[kind];
@@ -215,11 +219,14 @@ impl Cells {
         }
         let size = |side: &u32| mesh.vector_area(side / 2).length();
         let mut outer: Vec<u32> = (0..self.of_side.len() as u32)
-            .filter(|&side| self.of_side[side as usize] == OUTSIDE && self.of_side[(side ^ 1) as usize] != OUTSIDE)
+            .filter(|&side| {
+                self.of_side[side as usize] == OUTSIDE && self.of_side[(side ^ 1) as usize] != OUTSIDE
+            })
             .collect();
         outer.sort_by(|a, b| size(b).total_cmp(&size(a)).then(a.cmp(b)));
         outer.truncate(LOOKING_FACES);
-        let is_opposite = |side: &&u32| self.opposite(mesh, **side, |face| self.sides(face) != [OUTSIDE; 2]).is_some();
+        let is_opposite =
+            |side: &&u32| self.opposite(mesh, **side, |face| self.sides(face) != [OUTSIDE; 2]).is_some();
         let opposite: f64 = outer.iter().filter(is_opposite).map(size).sum();
         opposite >= LEAST_OPPOSITE_SHARE * outer.iter().map(size).sum::<f64>()
     }
@@ -237,7 +244,9 @@ impl Cells {
         self.tell_air_from_solid(contacts);
         let is_within = |place: DVec3| drawing.known.bodies.is_some_and(|bodies| bodies.depths(place)[0] > 0);
         let is_shared = |(number, cell): &(u32, &Cell)| {
-            let is_of_cavity = |side: &u32| self.is_object[(side ^ 1) as usize] && self.of_side[(side ^ 1) as usize] != OUTSIDE;
+            let is_of_cavity = |side: &u32| {
+                self.is_object[(side ^ 1) as usize] && self.of_side[(side ^ 1) as usize] != OUTSIDE
+            };
             let is_cavity = cell.hull.iter().any(is_of_cavity);
             cell.is_air && !is_cavity && is_within(self.place_beside(mesh, *number, drawing.tolerance))
         };
@@ -398,7 +407,12 @@ impl Cells {
 
     /// The bounded cells that are `asked` for, the largest first.
     pub(crate) fn listed(&self, mesh: &Mesh, asked: impl Fn(&Cell) -> bool) -> Vec<CellPlace> {
-        let place = |(number, cell): (u32, &Cell)| CellPlace { number, volume: cell.volume, place: self.middle(mesh, number), bounds: cell.bounds };
+        let place = |(number, cell): (u32, &Cell)| CellPlace {
+            number,
+            volume: cell.volume,
+            place: self.middle(mesh, number),
+            bounds: cell.bounds,
+        };
         let mut places: Vec<CellPlace> = self.inside().filter(|(_, cell)| asked(cell)).map(place).collect();
         places.sort_by(|a, b| b.volume.total_cmp(&a.volume).then(a.number.cmp(&b.number)));
         places

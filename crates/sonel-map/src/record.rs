@@ -180,7 +180,11 @@ pub(crate) fn air_at(places: &[DVec3]) -> Option<Vec<[f64; 3]>> {
 /// The places in the `rows` of [`AIR_AT`], none without the section; the reason where one is not finite.
 pub(crate) fn read_air_at(rows: &[[f64; 3]]) -> Result<Vec<DVec3>, String> {
     let places: Vec<DVec3> = rows.iter().copied().map(DVec3::from_array).collect();
-    if places.iter().all(|place| place.is_finite()) { Ok(places) } else { Err("a place of air is not finite".to_owned()) }
+    if places.iter().all(|place| place.is_finite()) {
+        Ok(places)
+    } else {
+        Err("a place of air is not finite".to_owned())
+    }
 }
 
 /// The header of `record` with the scene's `mesh`, its directivities and the rows of [`LAWS`], none where there are none; the reason

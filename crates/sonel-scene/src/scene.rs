@@ -318,7 +318,11 @@ impl Scene {
     /// When the mesh has no usable triangle, see [`GeometryError`].
     pub fn geometry(&self) -> Result<Geometry, GeometryError> {
         let is_interface = |material| self.media.as_ref().is_some_and(|media| media.is_interface(material));
-        Geometry::with_kinds(self.mesh.clone(), |material| face_kind(&self.materials, material, is_interface), &self.air_at)
+        Geometry::with_kinds(
+            self.mesh.clone(),
+            |material| face_kind(&self.materials, material, is_interface),
+            &self.air_at,
+        )
     }
 
     /// Whether faces are walls, partitions and interfaces as in `other`, a scene of the same mesh: then both have one geometry.
@@ -347,7 +351,8 @@ impl Scene {
         }
         let is_interface = |material| interfaces.contains(&material);
         let kind = |material| face_kind(&self.materials, material, is_interface);
-        let geometry = Geometry::with_kinds(self.mesh.clone(), kind, &self.air_at).expect("the mesh has triangles");
+        let geometry =
+            Geometry::with_kinds(self.mesh.clone(), kind, &self.air_at).expect("the mesh has triangles");
         let sources: Vec<DVec3> = self.sources.iter().map(|source| source.position).collect();
         self.media = Some(Media::find(&geometry, regions, interfaces, &sources)?);
         Ok(self)

@@ -129,16 +129,17 @@ fn airs(room: &Room) -> String {
         0 => names.join(", "),
         more => format!("{} and {more} more", names[..NAMED].join(", ")),
     };
-    let rows = (1..).zip(&room.airs).take(LISTED).map(|(number, Air { volume, place, materials, points })| {
-        let place = place.map(|place| place.to_array().map(|x| format!("{x:.2}")).join(", "));
-        [
-            number.to_string(),
-            volume.map_or("no bounds".to_owned(), |volume| format!("{volume:.1}")),
-            place.unwrap_or_else(|| "outside".to_owned()),
-            named(points),
-            named(materials),
-        ]
-    });
+    let rows =
+        (1..).zip(&room.airs).take(LISTED).map(|(number, Air { volume, place, materials, points })| {
+            let place = place.map(|place| place.to_array().map(|x| format!("{x:.2}")).join(", "));
+            [
+                number.to_string(),
+                volume.map_or("no bounds".to_owned(), |volume| format!("{volume:.1}")),
+                place.unwrap_or_else(|| "outside".to_owned()),
+                named(points),
+                named(materials),
+            ]
+        });
     let table = aligned(["air", "volume [m³]", "at [m]", "sources, receivers", "materials"], rows, 0..2);
     match room.airs.len().saturating_sub(LISTED) {
         0 => table + "\n",

@@ -150,7 +150,11 @@ const LISTED: usize = 12;
 /// The rooms of a mesh, where it has several.
 fn listed(rooms: &[CellPlace]) -> Vec<String> {
     let room = |(number, room): (usize, &CellPlace)| {
-        format!("room {number}: {} m³ about ({}) m", notation::number(room.volume), place((room.place * 1e3).round() / 1e3))
+        format!(
+            "room {number}: {} m³ about ({}) m",
+            notation::number(room.volume),
+            place((room.place * 1e3).round() / 1e3)
+        )
     };
     if rooms.len() < 2 { Vec::new() } else { (1..).zip(rooms).take(LISTED).map(room).collect() }
 }

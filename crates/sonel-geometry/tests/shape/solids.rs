@@ -3,15 +3,23 @@
 //! Rooms stand on a grid of walls and slabs with thickness. There are doors between rooms, windows with panes, columns and storeys. All
 //! is made of boxes between the planes of an uneven grid, so that volume, area and image sources of every room are those of its shell.
 
+use crate::numbers::Numbers;
+use glam::{DMat3, DVec3, dvec3};
+use sonel_geometry::{Departure, FaceKind, Geometry, Mesh, MeshTriangle};
 use std::collections::{BTreeMap, BTreeSet};
 
-use glam::{DMat3, DVec3, dvec3};
-use sonel_geometry::{Mesh, MeshTriangle};
-use sonel_testkit::uniform::Uniform;
+/// Buildings in four styles each; the larger number in release, where `cargo xtask accept` runs it.
+const BUILDINGS: u64 = if cfg!(debug_assertions) { 8 } else { 1000 };
+/// Relative error of volumes and areas: corners that lie within the resolution of one another are joined, 1e-7 of the building each.
+const ROUNDING: f64 = 1e-6;
+/// Rays from the middle of each room, which meet the same places of the same materials as among shells.
+const RAYS: usize = 100;
+/// Distance of such places [m]: positions are rounded to 1e-6 m in buildings of 20 m, which oblique rays lengthen.
+const APART: f64 = 1e-3;
 
 /// How solids are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Style {
+enum Style {
     /// Boxes that touch.
     Butted,
     /// Boxes that reach into one another.
@@ -24,7 +32,7 @@ pub enum Style {
 
 impl Style {
     /// All styles.
-    pub const ALL: [Self; 4] = [Self::Butted, Self::Overlapping, Self::Shells, Self::Single];
+    const ALL: [Self; 4] = [Self::Butted, Self::Overlapping, Self::Shells, Self::Single];
 }
 
 /// Materials of slabs, walls, columns and panes.
@@ -53,32 +61,30 @@ enum Filling {
 
 /// A room, or several that open doors join.
 #[derive(Debug, Clone)]
-pub struct Air {
+struct Air {
     /// Volume [m³].
-    pub volume: f64,
-    /// Area [m²].
-    pub area: f64,
+    volume: f64,
+    /// Area by material [m²].
+    areas: BTreeMap<u32, f64>,
     /// Places in it, one in the middle of each of its rooms [m].
-    pub places: Vec<DVec3>,
+    places: Vec<DVec3>,
 }
 
 /// A random building.
-#[derive(Debug, Clone)]
-pub struct SolidBuilding {
+struct SolidBuilding {
     /// Coordinates of the planes of each axis [m].
     planes: [Vec<f64>; 3],
     filling: BTreeMap<Voxel, Filling>,
     /// Middles of the rooms.
     rooms: Vec<Voxel>,
     frame: (DMat3, DVec3),
-    random: Uniform,
+    random: Numbers,
 }
 
 impl SolidBuilding {
     /// The building of a seed.
-    #[must_use]
-    pub fn new(seed: u64) -> Self {
-        let mut random = Uniform::new(seed);
+    fn new(seed: u64) -> Self {
+        let mut random = Numbers(seed);
         let count = loop {
             let count = [1 + random.below(3), 1 + random.below(3), 1 + random.below(2)];
             if (2..=12).contains(&count.iter().product::<usize>()) {
@@ -88,14 +94,13 @@ impl SolidBuilding {
         let mut planes = [0, 1, 2].map(|axis| axis_planes(&mut random, count[axis], axis == 2));
         planes.iter_mut().flatten().for_each(|plane| *plane = (*plane * 1000.0).round() / 1000.0);
         let frame = if random.below(TURNED) == 0 {
-            let mut unit = || random.next_f64();
+            let mut unit = || random.unit();
             let along = dvec3(unit() - 0.5, unit() - 0.5, unit() + 0.1).normalize();
             (DMat3::from_axis_angle(along, 6.0 * unit()), dvec3(100.0 * unit(), -50.0 * unit(), unit()))
         } else {
             (DMat3::IDENTITY, DVec3::ZERO)
         };
-        let mut building =
-            Self { planes, filling: BTreeMap::new(), rooms: Vec::new(), frame, random };
+        let mut building = Self { planes, filling: BTreeMap::new(), rooms: Vec::new(), frame, random };
         building.fill(count);
         building
     }
@@ -106,10 +111,8 @@ impl SolidBuilding {
         let is_wall = |at: usize| at % (OF_WALL + OF_ROOM) < OF_WALL;
         let part = |at: usize| at / (OF_WALL + OF_ROOM);
         for voxel in voxels([0; 3], size) {
-            let [x, y, z] = voxel;
             let in_wall = voxel.map(is_wall);
             let [i, j, k] = voxel.map(part);
-            let _ = (x, y, z);
             let filling = match in_wall {
                 [_, _, true] => Filling::Solid(k, SLAB),
                 [true, _, _] => Filling::Solid(100 + 10 * i + k, WALL),
@@ -139,7 +142,12 @@ impl SolidBuilding {
                         (low[2], high[2]) = (from[2] + 2, from[2] + 4);
                         self.put(low, high, Filling::Air);
                         (low[axis], high[axis]) = (wall + 1, wall + 2);
-                        let number = 10_000 + self.filling.len() + wall * 31 + from[1 - axis] + 7 * axis + 1000 * from[2];
+                        let number = 10_000
+                            + self.filling.len()
+                            + wall * 31
+                            + from[1 - axis]
+                            + 7 * axis
+                            + 1000 * from[2];
                         self.put(low, high, Filling::Solid(number, PANE));
                     }
                     _ => {}
@@ -176,8 +184,7 @@ impl SolidBuilding {
     }
 
     /// The air of each room, in the order of their first places. Outside of panes is none.
-    #[must_use]
-    pub fn airs(&self) -> Vec<Air> {
+    fn airs(&self) -> Vec<Air> {
         let mut seen: BTreeSet<Voxel> = BTreeSet::new();
         let mut airs = Vec::new();
         for &room in &self.rooms {
@@ -185,7 +192,7 @@ impl SolidBuilding {
                 continue;
             }
             let mut open = vec![room];
-            let mut air = Air { volume: 0.0, area: 0.0, places: Vec::new() };
+            let mut air = Air { volume: 0.0, areas: BTreeMap::new(), places: Vec::new() };
             while let Some(voxel) = open.pop() {
                 let size = self.corner(voxel.map(|at| at + 1)) - self.corner(voxel);
                 air.volume += size.element_product();
@@ -193,13 +200,13 @@ impl SolidBuilding {
                     air.places.push(self.placed(self.corner(voxel) + 0.5 * size));
                 }
                 for (axis, far) in faces() {
-                    match neighbour(voxel, axis, far).filter(|next| self.material(Some(*next)).is_none()) {
-                        Some(next) => {
-                            if seen.insert(next) {
-                                open.push(next);
-                            }
+                    let next = neighbour(voxel, axis, far);
+                    match self.material(next) {
+                        Some(material) => {
+                            *air.areas.entry(material).or_default() +=
+                                size[(axis + 1) % 3] * size[(axis + 2) % 3];
                         }
-                        None => air.area += size[(axis + 1) % 3] * size[(axis + 2) % 3],
+                        None => open.extend(next.filter(|next| seen.insert(*next))),
                     }
                 }
             }
@@ -209,8 +216,7 @@ impl SolidBuilding {
     }
 
     /// The air in rooms as thin shells.
-    #[must_use]
-    pub fn shells(&self) -> Mesh {
+    fn shells(&self) -> Mesh {
         let mut mesh = Mesh::default();
         let inner = self.inner();
         for &voxel in &inner {
@@ -240,8 +246,7 @@ impl SolidBuilding {
     }
 
     /// The solids in a style.
-    #[must_use]
-    pub fn solids(&mut self, style: Style) -> Mesh {
+    fn solids(&mut self, style: Style) -> Mesh {
         let mut mesh = Mesh::default();
         match style {
             Style::Butted | Style::Overlapping => {
@@ -299,9 +304,10 @@ impl SolidBuilding {
         for (axis, far) in faces() {
             let share = [0.0, 0.5, 1.0][self.random.below(3)];
             let end = if far { to[axis] } else { from[axis] };
-            let beyond = self.planes[axis].iter().copied().filter(|plane| {
-                if far { *plane > end + step } else { *plane < end - step }
-            });
+            let beyond = self.planes[axis]
+                .iter()
+                .copied()
+                .filter(|plane| if far { *plane > end + step } else { *plane < end - step });
             let next = if far { beyond.reduce(f64::min) } else { beyond.reduce(f64::max) };
             let Some(next) = next else { continue };
             let (mut low, mut high) = (*from, *to);
@@ -369,8 +375,123 @@ impl SolidBuilding {
     }
 }
 
+impl SolidBuilding {
+    /// What is wrong with the air in a drawing of the building.
+    fn faults(&self, mesh: Mesh) -> Vec<String> {
+        let geometry = Geometry::build(mesh).unwrap();
+        if !geometry.is_watertight() {
+            return vec!["not watertight".to_owned()];
+        }
+        let airs = self.airs();
+        let places: Vec<DVec3> = airs.iter().flat_map(|air| air.places.iter().copied()).collect();
+        let shells = Geometry::with_kinds(self.shells(), |_| FaceKind::Wall, &places).unwrap();
+        let mut faults = Vec::new();
+        for geometry in [&geometry, &shells] {
+            if geometry.air_cells().len() != airs.len() {
+                faults.push(format!("{} rooms of {}", geometry.air_cells().len(), airs.len()));
+            }
+            for air in &airs {
+                faults.extend(air.places.iter().filter_map(|&place| air.fault(geometry, place)));
+            }
+        }
+        let mut numbers = Numbers(1);
+        for &place in &places {
+            for direction in (0..RAYS).map(|_| numbers.direction()) {
+                let [(found, material), (right, of)] =
+                    [&geometry, &shells].map(|geometry| seen(geometry, place, direction));
+                if found.distance(right) > APART || material != of {
+                    faults.push(format!("{found} of {material:?}, not {right} of {of:?}, from {place}"));
+                }
+            }
+        }
+        faults
+    }
+}
+
+/// Place and material that a ray meets.
+fn seen(geometry: &Geometry, place: DVec3, direction: DVec3) -> (DVec3, Option<u32>) {
+    let hit = geometry.closest_hit(Departure::free(geometry.to_local(place)), direction.as_vec3());
+    let position = hit.map_or(DVec3::ZERO, |hit| geometry.to_world(hit.position));
+    (position, hit.map(|hit| geometry.surface(hit.surface).material))
+}
+
+impl Air {
+    /// Whether the cell at one of its places is another one.
+    fn fault(&self, geometry: &Geometry, place: DVec3) -> Option<String> {
+        let number = geometry.cell_at(place);
+        let volume =
+            geometry.air_cells().iter().find(|cell| cell.number == number).map_or(0.0, |cell| cell.volume);
+        let areas = geometry.covering(number);
+        let is_off = |found: f64, right: f64| (found / right - 1.0).abs() > ROUNDING;
+        let materials = areas.len() == self.areas.len()
+            && areas
+                .iter()
+                .zip(&self.areas)
+                .all(|(found, right)| found.0 == right.0 && !is_off(*found.1, *right.1));
+        (is_off(volume, self.volume) || !materials).then(|| {
+            format!("{volume} of {} m³, {areas:?} of {:?} m² about {place}", self.volume, self.areas)
+        })
+    }
+}
+
+#[test]
+fn rooms_between_solids_are_those_of_thin_shells() {
+    let mut faults = Vec::new();
+    for (seed, style) in (0..BUILDINGS).flat_map(|seed| Style::ALL.map(|style| (seed, style))) {
+        let mut building = SolidBuilding::new(seed);
+        let mesh = building.solids(style);
+        faults.extend(building.faults(mesh).into_iter().map(|fault| format!("{seed} {style:?}: {fault}")));
+    }
+    assert!(faults.is_empty(), "{} faults:\n{}", faults.len(), faults[..faults.len().min(40)].join("\n"));
+}
+
+/// The sibling: the last box, a part of the outer walls or slabs, is missing.
+#[test]
+fn a_building_without_one_of_its_parts_is_another() {
+    for seed in 0..BUILDINGS.min(20) {
+        let mut building = SolidBuilding::new(seed);
+        let mut mesh = building.solids(Style::Butted);
+        mesh.triangles.truncate(mesh.triangles.len() - 12);
+        assert!(!building.faults(mesh).is_empty(), "{seed}");
+    }
+}
+
+/// A room whose door is open to the outside: its walls are solid, and what is in it is outside air.
+#[test]
+fn walls_around_an_open_room_are_solid() {
+    let mut mesh = Mesh::default();
+    let mut add = |low: [f64; 3], high: [f64; 3]| {
+        let (low, high) = (DVec3::from(low), DVec3::from(high));
+        let shell = Mesh::shoebox((high - low).to_array(), [0; 6]);
+        let first = mesh.vertices.len() as u32;
+        mesh.vertices.extend(shell.vertices.iter().map(|vertex| *vertex + low));
+        mesh.triangles.extend(
+            shell
+                .triangles
+                .iter()
+                .map(|it| MeshTriangle { corners: it.corners.map(|corner| corner + first), ..*it }),
+        );
+    };
+    add([-0.3, -0.3, -0.3], [6.3, 5.3, 0.0]);
+    add([-0.3, -0.3, 3.0], [6.3, 5.3, 3.3]);
+    add([-0.3, -0.3, 0.0], [0.0, 5.3, 3.0]);
+    add([6.0, -0.3, 0.0], [6.3, 5.3, 3.0]);
+    add([0.0, 5.0, 0.0], [6.0, 5.3, 3.0]);
+    add([0.0, -0.3, 0.0], [2.0, 0.0, 3.0]);
+    add([3.0, -0.3, 0.0], [6.0, 0.0, 3.0]);
+    let geometry = Geometry::build(mesh.clone()).unwrap();
+    assert!(!geometry.is_closed_room());
+    let is_free = |x: f64| geometry.check_place(dvec3(x, 1.0, 1.5), &[]).is_ok();
+    assert!(is_free(3.0) && is_free(-2.0) && !is_free(-0.1));
+    // One line decides otherwise.
+    let cavity = Geometry::with_kinds(mesh, |_| FaceKind::Wall, &[dvec3(-0.1, 1.0, 1.5)]).unwrap();
+    assert!(cavity.is_closed_room() && cavity.check_place(dvec3(-0.1, 1.0, 1.5), &[]).is_ok());
+    assert!(cavity.check_place(dvec3(3.0, 1.0, 1.5), &[]).is_err());
+}
+
 /// Planes of an axis: walls of three pieces and rooms of five, beginning and ending with a wall.
-fn axis_planes(random: &mut Uniform, rooms: usize, is_upward: bool) -> Vec<f64> {
+fn axis_planes(random: &mut Numbers, rooms: usize, is_upward: bool) -> Vec<f64> {
+    let mut between = |low: f64, high: f64| low + (high - low) * random.unit();
     let mut planes = vec![0.0];
     let mut add = |length: f64, shares: &[f64]| {
         let from = planes[planes.len() - 1];
@@ -380,13 +501,13 @@ fn axis_planes(random: &mut Uniform, rooms: usize, is_upward: bool) -> Vec<f64> 
     for at in 0..=rooms {
         let is_outer = at == 0 || at == rooms;
         let thickness = match (is_upward, is_outer) {
-            (true, _) => random.between(0.18, 0.35),
-            (false, true) => random.between(0.2, 0.4),
-            (false, false) => random.between(0.1, 0.25),
+            (true, _) => between(0.18, 0.35),
+            (false, true) => between(0.2, 0.4),
+            (false, false) => between(0.1, 0.25),
         };
         add(thickness, &[0.4, 0.6]);
         if at < rooms {
-            let length = if is_upward { random.between(2.3, 3.5) } else { random.between(2.5, 6.0) };
+            let length = if is_upward { between(2.3, 3.5) } else { between(2.5, 6.0) };
             add(length, &CUTS);
         }
     }
