@@ -5,7 +5,7 @@
 
 use crate::Mesh;
 use crate::enclosure::{signed_volume, winding_number};
-use crate::orient::{Joint, joints, unify};
+use crate::joints::{Joint, joints, unify};
 use crate::topology::{Connected, SharedEdge, leave_out, shared_edges};
 use foldhash::HashSet;
 use glam::DVec3;

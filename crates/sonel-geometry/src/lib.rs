@@ -26,6 +26,7 @@ mod error;
 mod geometry;
 mod grid;
 mod index;
+mod joints;
 mod layers;
 mod mend;
 mod mesh;
