@@ -146,6 +146,8 @@ fn tried(
 
 /// Most rooms that are listed.
 const LISTED: usize = 12;
+/// Least volume of a room [m³]: a small booth. Less is a gap in the drawing.
+const LEAST_ROOM: f64 = 1.0;
 
 /// The rooms of a mesh, where it has several.
 fn listed(rooms: &[CellPlace]) -> Vec<String> {
@@ -156,7 +158,8 @@ fn listed(rooms: &[CellPlace]) -> Vec<String> {
             place((room.place * 1e3).round() / 1e3)
         )
     };
-    if rooms.len() < 2 { Vec::new() } else { (1..).zip(rooms).take(LISTED).map(room).collect() }
+    let count = rooms.iter().filter(|room| room.volume >= LEAST_ROOM).count();
+    if count < 2 { Vec::new() } else { (1..).zip(&rooms[..count]).take(LISTED).map(room).collect() }
 }
 
 /// The key `duration_s` as a comment, for it has a default; and Sabine's time of the materials, where there is one.
