@@ -6,13 +6,21 @@
 //!
 //! Which cells are solid is read off the drawing. The way into a solid crosses one face from the air, and two where it stands
 //! flush against a wall or another solid; so each contact with a cell already known speaks for air or for solid, by its area.
-//! A cell that touches the hull with single faces is a room. Beyond the hull of a closed room nothing is air. In the
-//! open every closed object is solid, as long as no source stands in it, unless all are [rooms side by side](crate::rooms).
+//! The first cell known is the outside, and there are two readings of it:
+//!
+//! - **Shells.** The outermost faces are those of a room: a cell that touches the outside with single faces is air, and the
+//!   outside is none.
+//! - **Solids.** The outermost faces are those of walls with thickness: the outside counts as air, what it touches is solid,
+//!   and the cells within are rooms. In the open, with a ground for example, this is the only reading.
+//!
+//! A drawing is one of solids where [the air of the first reading is masonry](Cells::is_masonry). Where the scene states places
+//! of air, their cells are air and nothing else is.
 
 use crate::Mesh;
+use crate::bodies::Bodies;
 use crate::cracks::Facing;
-use crate::enclosure::{signed_volume, winding_number};
-use crate::rooms::{FaceKind, are_rooms};
+use crate::enclosure::{distance_along, signed_volume, winding_number};
+use crate::rooms::{FaceKind, THICKEST_PARTITION, are_rooms};
 use crate::topology::{Connected, SharedEdge};
 use foldhash::HashMap;
 use glam::DVec3;
@@ -28,6 +36,15 @@ const LARGEST_FIN_SHARE: f64 = 0.02;
 /// Largest part of a flush solid's contact with the hull that is drawn once, relative to the part drawn twice [1]. Chosen, not measured; of
 /// 3000 random buildings three have a box on the wrong side of it (docs/decisions.md).
 const LARGEST_SHARED: f64 = 0.01;
+/// Least ratio of the mean free path in a room to that in the walls around it, where they were drawn as nothing but a shell in another one
+/// [1]. Chosen, not measured: rooms of 3 × 3 × 2.5 m have walls of up to 0.37 m; doubled, up to 0.19 m.
+const LEAST_ROOMINESS: f64 = 2.5;
+/// Largest mean thickness of walls around a room that opens to the outside, 2 V/S [m]. Chosen, not measured; doubled, bent ducts 1 m wide are walls.
+const THICKEST_WALLS: f64 = 0.5;
+/// Least share of the area of such walls from which others are seen opposite [1]. Chosen, not measured; doubled, it is that of a room without a roof.
+const LEAST_OPPOSITE_SHARE: f64 = 0.25;
+/// Number of the largest faces whose view counts. Speed alone depends on it.
+const LOOKING_FACES: usize = 64;
 /// Height over a face of a point beside it [tolerances]. Face and neighbours may each be off by one; the rest is a margin, chosen. Doubled,
 /// gaps of up to 16 tolerances are stepped over.
 const STEP: f64 = 8.0;
@@ -39,10 +56,17 @@ pub(crate) const OUTSIDE: u32 = 0;
 pub(crate) struct Cells {
     /// The cell on each side of every triangle: 2 t in front of triangle t, 2 t + 1 behind it; of interfaces none is known.
     of_side: Vec<u32>,
+    /// Whether each side is one of an object in a cell, not of the cell's hull.
+    is_object: Vec<bool>,
     cells: Vec<Cell>,
     /// Whether the scene is a closed room: one hull reaches as far as anything.
     pub is_room: bool,
+    /// Whether it is drawn as solids, with air within and walls between that and the outside.
+    pub has_masonry: bool,
 }
+
+/// Areas in which two cells touch [m²]: with one face between, and with two.
+type Contacts = BTreeMap<(u32, u32), [f64; 2]>;
 
 /// A region of space.
 #[derive(Debug, Clone)]
@@ -58,6 +82,19 @@ pub(crate) struct Cell {
     pub is_cracked: bool,
 }
 
+/// Where a cell is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CellPlace {
+    /// Its number, [`Geometry::cell_at`](crate::Geometry::cell_at).
+    pub number: u32,
+    /// Volume [m³].
+    pub volume: f64,
+    /// A place in it, in world coordinates [m].
+    pub place: DVec3,
+    /// Lower and upper corner of the box around it [m].
+    pub bounds: (DVec3, DVec3),
+}
+
 /// Input of the search for cells.
 #[derive(Default)]
 pub(crate) struct Drawing<'a> {
@@ -71,8 +108,20 @@ pub(crate) struct Drawing<'a> {
     pub twins: &'a [[u32; 2]],
     /// Whether two bodies touch in each face; empty where none do.
     pub is_doubled: &'a [bool],
+    pub known: Known<'a>,
     /// Largest error of positions [m].
     pub tolerance: f64,
+}
+
+/// What is known of air and solid beside the faces.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Known<'a> {
+    /// The closed bodies that were drawn; without them all is read as shells.
+    pub bodies: Option<&'a Bodies>,
+    /// Places that alone are air [m]; without them the drawing tells.
+    pub air_at: &'a [DVec3],
+    /// Whether the faces are those of air alone, with masonry outside.
+    pub is_cut_out: bool,
 }
 
 /// Sides that are joined.
@@ -106,8 +155,111 @@ impl Cells {
         let boundaries = sides.closed_boundaries(&is_taken, drawing);
         let mut cells = Self::bounded(mesh, boundaries, drawing);
         cells.add_twins(mesh, drawing.twins);
-        cells.tell_air_from_solid(mesh, drawing, &is_taken);
+        if drawing.known.air_at.is_empty() {
+            cells.decide(mesh, drawing, &is_taken);
+        } else {
+            cells.take_as_air(mesh, drawing.known.air_at);
+        }
         cells
+    }
+
+    /// Takes the cells of some places as air, and nothing else.
+    fn take_as_air(&mut self, mesh: &Mesh, places: &[DVec3]) {
+        let stated: Vec<u32> = places.iter().map(|&place| self.at(mesh, place)).collect();
+        (0..).zip(&mut self.cells).for_each(|(number, cell)| cell.is_air = stated.contains(&number));
+        self.is_room = !stated.contains(&OUTSIDE);
+        self.has_masonry = self.is_room;
+    }
+
+    /// Decides of all cells whether they hold air.
+    fn decide(&mut self, mesh: &Mesh, drawing: &Drawing<'_>, is_taken: &[bool]) {
+        let contacts = self.contacts(mesh, drawing, is_taken);
+        self.tell_air_from_solid(&contacts);
+        if !drawing.known.is_cut_out && self.is_room && self.is_masonry(mesh, drawing, &contacts) {
+            self.read_as_solids(mesh, drawing, &contacts);
+        }
+    }
+
+    /// Whether the air of a closed room is the masonry of walls with thickness. One of these says so:
+    ///
+    /// - The way into the largest solid leaves a closed body that was drawn, instead of entering one; where bodies are told by the
+    ///   orientation of their faces alone, it leads to a wider place too, since rooms are drawn with either side outward.
+    /// - That solid is a shell in another one, with [`LEAST_ROOMINESS`] and within the thickness of a partition.
+    /// - There is none, and the air is [thin](THICKEST_WALLS) and has [its outer faces opposite one another](LEAST_OPPOSITE_SHARE).
+    fn is_masonry(&self, mesh: &Mesh, drawing: &Drawing<'_>, contacts: &Contacts) -> bool {
+        let Some(bodies) = drawing.known.bodies else { return false };
+        let neighbours =
+            |cell: u32| contacts.range((cell, 0)..=(cell, u32::MAX)).map(|(pair, areas)| (pair.1, areas));
+        let area = |cell: u32| neighbours(cell).map(|(_, [single, double])| single + double).sum::<f64>();
+        let solids = self.inside().filter(|(_, cell)| !cell.is_air);
+        let Some((largest, solid)) = solids.max_by(|a, b| a.1.volume.total_cmp(&b.1.volume)) else {
+            return self.is_thin_and_around(mesh, area);
+        };
+        let air = neighbours(largest).filter(|(other, _)| self.cells[*other as usize].is_air);
+        let Some((around, _)) = air.max_by(|a, b| a.1[0].total_cmp(&b.1[0])) else { return false };
+        let beside = |cell: u32| self.place_beside(mesh, cell, drawing.tolerance);
+        let [within, beyond] = [largest, around].map(|cell| bodies.depths(beside(cell)));
+        let mean_free_path = |cell: u32, volume: f64| 4.0 * volume / area(cell);
+        let [wide, narrow] = [
+            mean_free_path(largest, solid.volume),
+            mean_free_path(around, self.cells[around as usize].volume),
+        ];
+        let is_apart = !contacts.contains_key(&(largest, OUTSIDE));
+        let is_shell = is_apart && wide >= LEAST_ROOMINESS * narrow && narrow <= 2.0 * THICKEST_PARTITION;
+        let leaves = |kind: usize| beyond[kind] > 0 && within[kind] < beyond[kind];
+        leaves(0) || leaves(1) && wide > narrow || is_shell
+    }
+
+    /// Whether all air is no thicker than walls are and stands around something.
+    fn is_thin_and_around(&self, mesh: &Mesh, area: impl Fn(u32) -> f64) -> bool {
+        let volume: f64 = self.inside().map(|(_, cell)| cell.volume).sum();
+        let area: f64 = self.inside().map(|(number, _)| area(number)).sum();
+        if 2.0 * volume > THICKEST_WALLS * area {
+            return false;
+        }
+        let size = |side: &u32| mesh.vector_area(side / 2).length();
+        let mut outer: Vec<u32> = (0..self.of_side.len() as u32)
+            .filter(|&side| {
+                self.of_side[side as usize] == OUTSIDE && self.of_side[(side ^ 1) as usize] != OUTSIDE
+            })
+            .collect();
+        outer.sort_by(|a, b| size(b).total_cmp(&size(a)).then(a.cmp(b)));
+        outer.truncate(LOOKING_FACES);
+        let is_opposite =
+            |side: &&u32| self.opposite(mesh, **side, |face| self.sides(face) != [OUTSIDE; 2]).is_some();
+        let opposite: f64 = outer.iter().filter(is_opposite).map(size).sum();
+        opposite >= LEAST_OPPOSITE_SHARE * outer.iter().map(size).sum::<f64>()
+    }
+
+    /// Distance from the middle of a side along its normal to the first of some faces [m]; none where there is none.
+    fn opposite(&self, mesh: &Mesh, side: u32, is_asked: impl Fn(u32) -> bool) -> Option<f64> {
+        let (from, outward) = (center(mesh, side), mesh.outward(side));
+        let faces = (0..mesh.triangles.len() as u32).filter(|&face| face != side / 2 && is_asked(face));
+        faces.filter_map(|face| distance_along(mesh.corners(face), from, outward)).min_by(f64::total_cmp)
+    }
+
+    /// Decides again, where walls are drawn as solids. What solids have in common is none of their cavities.
+    fn read_as_solids(&mut self, mesh: &Mesh, drawing: &Drawing<'_>, contacts: &Contacts) {
+        self.is_room = false;
+        self.tell_air_from_solid(contacts);
+        let is_within = |place: DVec3| drawing.known.bodies.is_some_and(|bodies| bodies.depths(place)[0] > 0);
+        let is_shared = |(number, cell): &(u32, &Cell)| {
+            let is_of_cavity = |side: &u32| {
+                self.is_object[(side ^ 1) as usize] && self.of_side[(side ^ 1) as usize] != OUTSIDE
+            };
+            let is_cavity = cell.hull.iter().any(is_of_cavity);
+            cell.is_air && !is_cavity && is_within(self.place_beside(mesh, *number, drawing.tolerance))
+        };
+        let shared: Vec<u32> = self.inside().filter(is_shared).map(|(number, _)| number).collect();
+        shared.into_iter().for_each(|cell| self.cells[cell as usize].is_air = false);
+        let has_air = self.inside().any(|(_, cell)| cell.is_air);
+        (self.is_room, self.has_masonry) = (has_air, true);
+        self.cells[OUTSIDE as usize].is_air = !self.is_room;
+    }
+
+    /// A point in a cell, beside its largest triangle [m].
+    fn place_beside(&self, mesh: &Mesh, cell: u32, tolerance: f64) -> DVec3 {
+        beside(mesh, &self.cells[cell as usize].hull, STEP * tolerance)
     }
 
     /// The cells that boundaries enclose, each with the objects in it.
@@ -121,8 +273,13 @@ impl Cells {
             is_air: false,
             is_cracked: false,
         };
-        let mut cells =
-            Self { of_side: vec![OUTSIDE; 2 * mesh.triangles.len()], cells: vec![unbounded], is_room: false };
+        let mut cells = Self {
+            of_side: vec![OUTSIDE; 2 * mesh.triangles.len()],
+            is_object: vec![false; 2 * mesh.triangles.len()],
+            cells: vec![unbounded],
+            is_room: drawing.known.is_cut_out,
+            has_masonry: drawing.known.is_cut_out,
+        };
         let (hulls, objects): (Vec<Boundary>, Vec<Boundary>) =
             boundaries.into_iter().partition(|boundary| boundary.volume < -tolerance * boundary.area);
         for Boundary { sides, volume, bounds, cracked, .. } in hulls {
@@ -146,7 +303,9 @@ impl Cells {
             let has_few_fins = fins <= LARGEST_FIN_SHARE * area;
             cells.is_room |=
                 cell == OUTSIDE && (reaches_all(bounds) || has_few_fins && reaches_all(whole_bounds));
-            sides.iter().for_each(|&side| cells.of_side[side as usize] = cell);
+            for &side in &sides {
+                (cells.of_side[side as usize], cells.is_object[side as usize]) = (cell, true);
+            }
             cells.cells[cell as usize].volume -= volume;
             if cell == OUTSIDE {
                 shells.push(sides);
@@ -168,8 +327,7 @@ impl Cells {
     }
 
     /// Decides of each cell whether it holds air, beginning with those that have most contact with cells already known.
-    fn tell_air_from_solid(&mut self, mesh: &Mesh, drawing: &Drawing<'_>, is_taken: &[bool]) {
-        let contacts = self.contacts(mesh, drawing, is_taken);
+    fn tell_air_from_solid(&mut self, contacts: &Contacts) {
         let mut evidence = vec![Evidence::default(); self.cells.len()];
         let mut is_known = vec![false; self.cells.len()];
         self.cells[OUTSIDE as usize].is_air = !self.is_room;
@@ -192,14 +350,8 @@ impl Cells {
         }
     }
 
-    /// Areas in which two cells touch [m²]: with one face between, and with two.
-    fn contacts(
-        &self,
-        mesh: &Mesh,
-        drawing: &Drawing<'_>,
-        is_taken: &[bool],
-    ) -> BTreeMap<(u32, u32), [f64; 2]> {
-        let mut contacts: BTreeMap<(u32, u32), [f64; 2]> = BTreeMap::new();
+    fn contacts(&self, mesh: &Mesh, drawing: &Drawing<'_>, is_taken: &[bool]) -> Contacts {
+        let mut contacts = Contacts::new();
         for face in (0..is_taken.len() as u32).filter(|&face| is_taken[face as usize]) {
             let [front, back] = self.sides(face);
             if front != back {
@@ -226,6 +378,7 @@ impl Cells {
         for face in (0..is_turned.len()).filter(|&face| is_turned[face]) {
             mesh.triangles[face].corners.swap(1, 2);
             self.of_side.swap(2 * face, 2 * face + 1);
+            self.is_object.swap(2 * face, 2 * face + 1);
         }
         let sides = self.cells.iter_mut().flat_map(|cell| &mut cell.hull);
         sides.for_each(|side| *side ^= u32::from(is_turned[*side as usize / 2]));
@@ -250,6 +403,26 @@ impl Cells {
     /// The cells that are bounded, with their numbers.
     pub(crate) fn inside(&self) -> impl Iterator<Item = (u32, &Cell)> {
         (0..).zip(&self.cells).skip(1)
+    }
+
+    /// The bounded cells that are `asked` for, the largest first.
+    pub(crate) fn listed(&self, mesh: &Mesh, asked: impl Fn(&Cell) -> bool) -> Vec<CellPlace> {
+        let place = |(number, cell): (u32, &Cell)| CellPlace {
+            number,
+            volume: cell.volume,
+            place: self.middle(mesh, number),
+            bounds: cell.bounds,
+        };
+        let mut places: Vec<CellPlace> = self.inside().filter(|(_, cell)| asked(cell)).map(place).collect();
+        places.sort_by(|a, b| b.volume.total_cmp(&a.volume).then(a.number.cmp(&b.number)));
+        places
+    }
+
+    /// A place in a bounded cell: half way from its largest face to the opposite one.
+    fn middle(&self, mesh: &Mesh, cell: u32) -> DVec3 {
+        let side = largest(mesh, &self.cells[cell as usize].hull);
+        let opposite = self.opposite(mesh, side, |face| self.sides(face).contains(&cell));
+        center(mesh, side) + 0.5 * opposite.unwrap_or(0.0) * mesh.outward(side)
     }
 
     /// The cell that a point is in: of those whose hulls are around it, the one of the least volume.
@@ -309,11 +482,20 @@ impl Evidence {
 
 /// A point beside the largest triangle of some sides, in the region that they face [m].
 fn beside(mesh: &Mesh, sides: &[u32], step: f64) -> DVec3 {
+    let side = largest(mesh, sides);
+    center(mesh, side) + step * mesh.outward(side)
+}
+
+/// The side of the largest triangle, of equal ones the first.
+fn largest(mesh: &Mesh, sides: &[u32]) -> u32 {
     let area = |side: &&u32| mesh.vector_area(**side / 2).length_squared();
     let largest = sides.iter().max_by(|a, b| area(a).total_cmp(&area(b)).then(b.cmp(a)));
-    let side = *largest.expect("a boundary has sides");
+    *largest.expect("a boundary has sides")
+}
+
+fn center(mesh: &Mesh, side: u32) -> DVec3 {
     let [a, b, c] = mesh.corners(side / 2);
-    (a + b + c) / 3.0 + step * mesh.outward(side)
+    (a + b + c) / 3.0
 }
 
 /// The sides of triangles: 2 t is the front of triangle t, 2 t + 1 its back.

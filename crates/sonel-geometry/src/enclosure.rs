@@ -46,6 +46,16 @@ fn solid_angle(corners: [DVec3; 3], point: DVec3) -> f64 {
     if volume.abs() <= FLAT * la * lb * lc { 0.0 } else { 2.0 * libm::atan2(volume, rest) }
 }
 
+/// Distance along a unit direction at which a triangle is met, its rim included; [`None`] where it is not [m].
+pub(crate) fn distance_along(corners: [DVec3; 3], from: DVec3, direction: DVec3) -> Option<f64> {
+    let [a, b, c] = corners.map(|corner| corner - from);
+    let parts = [b.cross(c), c.cross(a), a.cross(b)].map(|part| part.dot(direction));
+    let is_met = parts.iter().all(|&part| part >= 0.0) || parts.iter().all(|&part| part <= 0.0);
+    let normal = (b - a).cross(c - a);
+    let distance = normal.dot(a) / normal.dot(direction);
+    (is_met && distance > 0.0 && distance.is_finite()).then_some(distance)
+}
+
 /// The point of a triangle nearest to a point.
 pub(crate) fn closest_on_triangle(corners: [DVec3; 3], point: DVec3) -> DVec3 {
     let [a, b, c] = corners;

@@ -1,9 +1,10 @@
 //! The geometry of a scene: everything that rays and receivers ask about the walls.
 
 use crate::block::Facet;
-use crate::cells::{Cells, Drawing};
+use crate::bodies::Bodies;
+use crate::cells::{CellPlace, Cells, Drawing, Known};
 use crate::conform::{Conformed, conform};
-use crate::cracks::{find_cracks, joined_up};
+use crate::cracks::{Facing, find_cracks, joined_up};
 use crate::edges::{Edge, Survey};
 use crate::index::{Index, Met};
 use crate::layers::{Layers, Redrawn, unite};
@@ -29,7 +30,6 @@ mod passage;
 mod regions;
 mod sight;
 
-pub use air::AirCell;
 use faces::Faces;
 pub use passage::Passage;
 pub use regions::Regions;
@@ -57,6 +57,7 @@ pub struct Geometry {
     cracks: Vec<Crack>,
     crossings: Vec<Crossing>,
     redrawn: Vec<Redrawn>,
+    masonry: Vec<CellPlace>,
     edges: Vec<Edge>,
     exposed: Vec<f64>,
     dropped: usize,
@@ -76,42 +77,49 @@ impl Geometry {
     /// [`GeometryError`] when the mesh has no triangle with an area, coordinates that are not finite or corners that
     /// do not exist.
     pub fn build(mesh: Mesh) -> Result<Self, GeometryError> {
-        Self::with_kinds(mesh, |_| FaceKind::Wall)
+        Self::with_kinds(mesh, |_| FaceKind::Wall, &[])
     }
 
-    /// The same, where the `kind` of a material's faces is known.
+    /// The same, where the `kind` of a material's faces is known. `air_at` are places [m] that alone are air, whatever the
+    /// drawing says, with all that no face divides from them; without them the drawing tells.
     ///
     /// # Errors
     /// The errors of [`Self::build`].
-    pub fn with_kinds(mesh: Mesh, kind: impl Fn(u32) -> FaceKind) -> Result<Self, GeometryError> {
+    pub fn with_kinds(
+        mesh: Mesh,
+        kind: impl Fn(u32) -> FaceKind,
+        air_at: &[DVec3],
+    ) -> Result<Self, GeometryError> {
         validate(&mesh)?;
         let welded = mesh.welded();
         if welded.mesh.triangles.is_empty() {
             return Err(GeometryError::Empty { dropped: welded.dropped });
         }
         let mut mesh = welded.mesh;
-        let bounds = mesh.bounds();
-        let scale = Scale::of_bounds(bounds.0, bounds.1);
+        let (low, high) = mesh.bounds();
+        let scale = Scale::of_bounds(low, high);
         let tolerance = f64::from(scale.resolution());
-        let Conformed { crossings, stacks } = conform(&mut mesh, tolerance);
         let is_border = |material: u32| kind(material) == FaceKind::Interface;
-        let Layers { twins, is_doubled, redrawn } = unite(&mut mesh, &stacks, is_border, tolerance);
-        let kinds: Vec<FaceKind> = mesh.triangles.iter().map(|triangle| kind(triangle.material)).collect();
-        let is_interface: Vec<bool> = kinds.iter().map(|&kind| kind == FaceKind::Interface).collect();
-        let mut edges = shared_edges(&mesh);
-        let all_edges = is_interface.contains(&true).then(|| edges.clone());
-        leave_out(&mut edges, &is_interface);
-        let facing = find_cracks(&mesh, &mut edges, tolerance);
-        let drawing = Drawing {
-            edges: &edges,
-            cracks: &facing,
-            is_left_out: &is_interface,
-            kinds: &kinds,
-            twins: &twins,
-            is_doubled: &is_doubled,
-            tolerance,
-        };
-        let Oriented { cells, open_edges } = orient(&mut mesh, &drawing);
+        let is_left_out = mesh.triangles.iter().map(|triangle| is_border(triangle.material)).collect();
+        let bodies = Bodies::of(mesh.clone(), is_left_out, tolerance);
+        let mut known = Known { bodies: Some(&bodies), air_at, is_cut_out: false };
+        let Conformed { crossings, stacks } = conform(&mut mesh, tolerance);
+        let mut layers = unite(&mut mesh, &stacks, is_border, known, tolerance);
+        let mut arranged = Arranged::find(&mut mesh, &kind, &layers, known, tolerance);
+        let mut masonry = Vec::new();
+        if arranged.oriented.cells.has_masonry && arranged.oriented.cells.is_room {
+            let cells = &arranged.oriented.cells;
+            masonry = cells.listed(&mesh, |cell| !cell.is_air);
+            let faces = 0..mesh.triangles.len() as u32;
+            let is_out: Vec<bool> = faces.map(|face| cells.is_air(face) == [false; 2]).collect();
+            layers.leave_out(&mut mesh, &is_out);
+            known.is_cut_out = true;
+            arranged = Arranged::find(&mut mesh, &kind, &layers, known, tolerance);
+        }
+        let Arranged { edges, all_edges, facing, is_interface, oriented } = arranged;
+        let Oriented { cells, open_edges } = oriented;
+        let Layers { twins, redrawn, .. } = layers;
+        let bounds = if cells.has_masonry { mesh.bounds() } else { (low, high) };
         let is_watertight = cells.is_room && cells.inside().all(|(_, cell)| !cell.is_air || !cell.is_cracked);
         let faces = Faces { cells: &cells, is_interface: &is_interface, twins: &twins };
         let (closed, in_shell) = (faces.closed(), faces.in_shell());
@@ -144,6 +152,7 @@ impl Geometry {
             cracks: joined_up(&edges, &facing),
             crossings,
             redrawn,
+            masonry,
             edges: Vec::new(),
             exposed,
             dropped: welded.dropped,
@@ -419,6 +428,47 @@ impl Geometry {
     /// however tessellated.
     pub fn as_shoebox(&self) -> Option<Shoebox> {
         self.shoebox
+    }
+}
+
+/// The edges of a mesh, its cracks and the cells between.
+struct Arranged {
+    /// Without those of interfaces.
+    edges: Vec<SharedEdge>,
+    /// With them, where there are any.
+    all_edges: Option<Vec<SharedEdge>>,
+    facing: Vec<Facing>,
+    is_interface: Vec<bool>,
+    oriented: Oriented,
+}
+
+impl Arranged {
+    /// Finds the cells of a mesh and orients it in place.
+    fn find(
+        mesh: &mut Mesh,
+        kind: &impl Fn(u32) -> FaceKind,
+        layers: &Layers,
+        known: Known<'_>,
+        tolerance: f64,
+    ) -> Self {
+        let kinds: Vec<FaceKind> = mesh.triangles.iter().map(|triangle| kind(triangle.material)).collect();
+        let is_interface: Vec<bool> = kinds.iter().map(|&kind| kind == FaceKind::Interface).collect();
+        let mut edges = shared_edges(mesh);
+        let all_edges = is_interface.contains(&true).then(|| edges.clone());
+        leave_out(&mut edges, &is_interface);
+        let facing = find_cracks(mesh, &mut edges, tolerance);
+        let drawing = Drawing {
+            edges: &edges,
+            cracks: &facing,
+            is_left_out: &is_interface,
+            kinds: &kinds,
+            twins: &layers.twins,
+            is_doubled: &layers.is_doubled,
+            known,
+            tolerance,
+        };
+        let oriented = orient(mesh, &drawing);
+        Self { edges, all_edges, facing, is_interface, oriented }
     }
 }
 

@@ -6,7 +6,7 @@
 //! or the walls of two rooms.
 
 use crate::Mesh;
-use crate::cells::{Cells, Drawing};
+use crate::cells::{Cells, Drawing, Known};
 use crate::cracks::{Facing, find_cracks};
 use crate::surfaces::PARALLEL;
 use crate::topology::{Connected, SharedEdge, leave_out, shared_edges};
@@ -83,6 +83,7 @@ pub(crate) fn unite(
     mesh: &mut Mesh,
     stacks: &[Stack],
     is_interface: impl Fn(u32) -> bool,
+    known: Known<'_>,
     tolerance: f64,
 ) -> Layers {
     if stacks.is_empty() {
@@ -90,7 +91,7 @@ pub(crate) fn unite(
     }
     let edges = shared_edges(mesh);
     let is_left_out: Vec<bool> = mesh.triangles.iter().map(|it| is_interface(it.material)).collect();
-    let first_ones = FirstOnes::new(mesh, edges.clone(), stacks, is_left_out, tolerance);
+    let first_ones = FirstOnes::new(mesh, edges.clone(), stacks, is_left_out, known, tolerance);
     let of_face =
         (0..).zip(stacks).flat_map(|(at, faces)| faces.iter().map(move |&face| (face, at))).collect();
     let patches = Patches { mesh, stacks, of_face, edges: &edges, cells: &first_ones.cells(&[]) };
@@ -123,15 +124,24 @@ pub(crate) fn unite(
         center: moment / area,
     });
     let redrawn = redrawn.collect();
-    let mut left = 0;
-    let names: Vec<u32> = is_out.iter().map(|is_out| (left, left += u32::from(!is_out)).0).collect();
-    let pairs = kept.iter().filter(|kept| kept.len() == 2);
-    let twins = pairs.map(|pair| [pair[0], pair[1]].map(|face| names[face as usize])).collect();
-    let mut outs = is_out.iter();
-    mesh.triangles.retain(|_| outs.next() == Some(&false));
-    let mut outs = is_out.iter();
-    is_doubled.retain(|_| outs.next() == Some(&false));
-    Layers { twins, is_doubled, redrawn }
+    let twins = kept.iter().filter(|kept| kept.len() == 2).map(|pair| [pair[0], pair[1]]).collect();
+    let mut layers = Layers { twins, is_doubled, redrawn };
+    layers.leave_out(mesh, &is_out);
+    layers
+}
+
+impl Layers {
+    /// Leaves faces out of a mesh.
+    pub(crate) fn leave_out(&mut self, mesh: &mut Mesh, is_out: &[bool]) {
+        let mut left = 0;
+        let names: Vec<u32> = is_out.iter().map(|is_out| (left, left += u32::from(!is_out)).0).collect();
+        self.twins.retain(|pair| !pair.iter().any(|&face| is_out[face as usize]));
+        self.twins.iter_mut().flatten().for_each(|face| *face = names[*face as usize]);
+        let mut outs = is_out.iter();
+        mesh.triangles.retain(|_| outs.next() == Some(&false));
+        let mut outs = is_out.iter();
+        self.is_doubled.retain(|_| outs.next() == Some(&false));
+    }
 }
 
 /// A mesh with the first faces of its stacks alone.
@@ -140,6 +150,7 @@ struct FirstOnes<'a> {
     edges: Vec<SharedEdge>,
     cracks: Vec<Facing>,
     is_left_out: Vec<bool>,
+    known: Known<'a>,
     tolerance: f64,
 }
 
@@ -149,12 +160,13 @@ impl<'a> FirstOnes<'a> {
         mut edges: Vec<SharedEdge>,
         stacks: &[Stack],
         mut is_left_out: Vec<bool>,
+        known: Known<'a>,
         tolerance: f64,
     ) -> Self {
         stacks.iter().flat_map(|faces| &faces[1..]).for_each(|&face| is_left_out[face as usize] = true);
         leave_out(&mut edges, &is_left_out);
         let cracks = find_cracks(mesh, &mut edges, tolerance);
-        Self { mesh, edges, cracks, is_left_out, tolerance }
+        Self { mesh, edges, cracks, is_left_out, known, tolerance }
     }
 
     fn cells(&self, is_doubled: &[bool]) -> Cells {
@@ -163,6 +175,7 @@ impl<'a> FirstOnes<'a> {
             cracks: &self.cracks,
             is_left_out: &self.is_left_out,
             is_doubled,
+            known: self.known,
             tolerance: self.tolerance,
             ..Drawing::default()
         };

@@ -14,6 +14,7 @@
 
 mod arc;
 mod block;
+mod bodies;
 mod boundary;
 mod cells;
 mod conform;
@@ -25,6 +26,7 @@ mod error;
 mod geometry;
 mod grid;
 mod index;
+mod joints;
 mod layers;
 mod mend;
 mod mesh;
@@ -47,11 +49,12 @@ mod tree;
 mod weld;
 
 pub use arc::{Arc, LARGEST_TURN, SAGITTA, SpeedProfile};
+pub use cells::CellPlace;
 pub use cracks::{Crack, WIDEST_CRACK};
 pub use crossings::Crossing;
 pub use edges::{Edge, EdgeShape};
 pub use error::GeometryError;
-pub use geometry::{AirCell, Crossed, End, Geometry, Leg, MOST_ROUNDS, Passage, Regions, Sight};
+pub use geometry::{Crossed, End, Geometry, Leg, MOST_ROUNDS, Passage, Regions, Sight};
 pub use layers::Redrawn;
 pub use mend::Mended;
 pub use mesh::{Mesh, MeshTriangle};

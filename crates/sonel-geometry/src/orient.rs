@@ -1,12 +1,12 @@
 //! Consistent orientation: across every edge that joins two triangles, and towards the air.
 //!
-//! Triangles are joined across an edge when it has two faces, or when among more faces exactly two continue one
-//! another in the same plane (a screen welded onto a floor does not cut the floor), and across cracks: joined ones agree.
+//! Triangles that [are joined](crate::joints) agree, also across cracks.
 //! Faces between air and solid are turned so that their normals point into the air. In the open that is what objects have
 //! around them; a room that stands there may have air on both sides of its walls.
 
 use crate::Mesh;
 use crate::cells::{Cells, Drawing};
+use crate::joints::{Joint, joints, unify};
 use crate::topology::{Connected, SharedEdge};
 use foldhash::HashMap;
 use glam::DVec3;
@@ -37,96 +37,11 @@ pub(crate) fn orient(mesh: &mut Mesh, drawing: &Drawing<'_>) -> Oriented {
     Oriented { cells, open_edges }
 }
 
-/// Two triangles joined across an edge, and whether they agree in orientation as they are.
-#[derive(Clone, Copy)]
-struct Joint {
-    a: u32,
-    b: u32,
-    agree: bool,
-}
-
 /// Turns the second of two faces that coincide against the first, so that each is in front on its side.
 fn turn_against(mesh: &mut Mesh, twins: &[[u32; 2]]) {
     for &[first, second] in twins {
         if mesh.vector_area(first).dot(mesh.vector_area(second)) > 0.0 {
             mesh.triangles[second as usize].corners.swap(1, 2);
-        }
-    }
-}
-
-/// The pairs of triangles that continue one another across an edge, without those that coincide with an earlier one.
-fn joints(mesh: &Mesh, edge: &SharedEdge, is_second: &[bool], tolerance: f64) -> Vec<Joint> {
-    let pair = |a: u32, b: u32| Joint { a, b, agree: edge.is_ahead(mesh, a) != edge.is_ahead(mesh, b) };
-    let mut rest = edge.faces.clone();
-    rest.retain(|face| !is_second[*face as usize]);
-    let mut joints = Vec::new();
-    if rest.len() > 2 {
-        while let Some((i, j)) = continuing_pair(mesh, edge, &rest, tolerance) {
-            joints.push(pair(rest[i], rest[j]));
-            rest.remove(j);
-            rest.remove(i);
-        }
-    }
-    if let [a, b] = rest[..] {
-        joints.push(pair(a, b));
-    }
-    joints
-}
-
-/// The first two faces that lie in one plane on opposite sides of the edge.
-fn continuing_pair(mesh: &Mesh, edge: &SharedEdge, faces: &[u32], tolerance: f64) -> Option<(usize, usize)> {
-    let reach: Vec<_> = faces.iter().map(|&face| edge.height(mesh, face)).collect();
-    for i in 0..faces.len() {
-        for j in i + 1..faces.len() {
-            let height = reach[i].length().min(reach[j].length());
-            let flat = reach[i].normalize_or_zero().cross(reach[j].normalize_or_zero()).length() * height;
-            if reach[i].dot(reach[j]) < 0.0 && flat <= tolerance {
-                return Some((i, j));
-            }
-        }
-    }
-    None
-}
-
-/// Turns triangles over until joined ones agree, as far as they can.
-fn unify(mesh: &mut Mesh, joints: &[Vec<Joint>]) {
-    let mut across: Vec<Vec<(u32, bool)>> = vec![Vec::new(); mesh.triangles.len()];
-    for joint in joints.iter().flatten() {
-        across[joint.a as usize].push((joint.b, joint.agree));
-        across[joint.b as usize].push((joint.a, joint.agree));
-    }
-    let mut flipped: Vec<Option<bool>> = vec![None; mesh.triangles.len()];
-    for seed in 0..mesh.triangles.len() {
-        if flipped[seed].is_some() {
-            continue;
-        }
-        flipped[seed] = Some(false);
-        let mut component = vec![seed];
-        let mut next = 0;
-        while next < component.len() {
-            let here = component[next];
-            let turned = flipped[here] == Some(true);
-            for &(other, agree) in &across[here] {
-                let wanted = turned == agree;
-                if flipped[other as usize].is_none() {
-                    flipped[other as usize] = Some(wanted);
-                    component.push(other as usize);
-                }
-            }
-            next += 1;
-        }
-        // The majority, by area, stays as it was made.
-        let turned: f64 = component
-            .iter()
-            .map(|&triangle| {
-                let area = mesh.vector_area(triangle as u32).length();
-                if flipped[triangle] == Some(true) { area } else { -area }
-            })
-            .sum();
-        for &triangle in &component {
-            if flipped[triangle] == Some(turned <= 0.0) {
-                mesh.triangles[triangle].corners.swap(1, 2);
-            }
         }
     }
 }

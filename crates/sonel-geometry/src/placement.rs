@@ -44,18 +44,13 @@ pub enum Obstacle {
         clearance: f64,
     },
     /// A closed object.
-    #[error("is inside a closed object where no sound arrives, {} from its surface{}", Length(*.distance), .advice.0)]
+    #[error("is inside a closed object where no sound arrives, {} from its surface", Length(*.distance))]
     Solid {
         /// [m].
         distance: f64,
-        /// How a room would be drawn instead.
-        advice: Advice,
     },
-    /// The hull of the closed room.
-    #[error(
-        "is outside the room, {} from its nearest surface (an outdoor scene needs a ground surface)",
-        Length(*.distance)
-    )]
+    /// The hull of the closed room, or its walls with thickness.
+    #[error("is outside the room, {} from its nearest surface", Length(*.distance))]
     Hull {
         /// [m].
         distance: f64,
@@ -75,22 +70,6 @@ impl fmt::Display for Length {
     }
 }
 
-/// How a closed object that may be meant as a room would be drawn as one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Advice(&'static str);
-
-impl Advice {
-    const NONE: Self = Self("");
-    /// In the open.
-    const BESIDE_OTHERS: Self = Self(
-        " (a room beside others needs a wall that transmits, parallel to one of a neighbour and at most 1 m away)",
-    );
-    /// Where it fills most of the hull.
-    const WITHIN_A_SHELL: Self = Self(
-        " (it fills most of another closed object: where that is the outside of thick walls, leave the outside out; air is what is within the outermost faces)",
-    );
-}
-
 fn proposal(free: &Option<DVec3>) -> String {
     free.map(|DVec3 { x, y, z }| format!("; ({x}, {y}, {z}) m is free")).unwrap_or_default()
 }
@@ -108,10 +87,6 @@ impl Geometry {
     pub fn check_place(&self, point: DVec3, sources: &[DVec3]) -> Result<(), Misplaced> {
         match self.obstacle(point, sources) {
             None => Ok(()),
-            // What is free there is within the walls.
-            Some(obstacle @ Obstacle::Solid { advice: Advice::WITHIN_A_SHELL, .. }) => {
-                Err(Misplaced { obstacle, free: None })
-            }
             Some(obstacle) => {
                 let away = |distance: f64| self.free_place(point, sources, distance, PUSHES);
                 Err(Misplaced { obstacle, free: PROPOSED_DISTANCES.into_iter().find_map(away) })
@@ -133,12 +108,7 @@ impl Geometry {
         if self.cells.cell(cell).is_air || is_reached() {
             return None;
         }
-        let advice = match self.volume() {
-            None => Advice::BESIDE_OTHERS,
-            Some(air) if self.cells.cell(cell).volume > air => Advice::WITHIN_A_SHELL,
-            Some(_) => Advice::NONE,
-        };
-        Some(Obstacle::Solid { distance, advice })
+        Some(Obstacle::Solid { distance })
     }
 
     /// A free position near `point`, at least `distance` [m] from every surface: beside the nearest surface, then beside the next one, at most

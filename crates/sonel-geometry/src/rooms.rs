@@ -104,7 +104,7 @@ mod tests {
                 ..*triangle
             }));
         }
-        Geometry::with_kinds(mesh, |_| FaceKind::Partition).unwrap()
+        Geometry::with_kinds(mesh, |_| FaceKind::Partition, &[]).unwrap()
     }
 
     #[test]

@@ -47,7 +47,7 @@ impl Mesh {
 }
 
 /// Whether the corners span a triangle higher than the tolerance could hide.
-fn has_area([a, b, c]: [DVec3; 3], tolerance: f64) -> bool {
+pub(crate) fn has_area([a, b, c]: [DVec3; 3], tolerance: f64) -> bool {
     let longest = (b - a).length().max((c - b).length()).max((a - c).length());
     // Height over the longest side; flatter than this its rounded corners may be collinear or turned over.
     (b - a).cross(c - a).length() > longest * tolerance

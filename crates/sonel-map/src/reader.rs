@@ -399,11 +399,13 @@ fn read_header(sections: Sections<'_>, surfaces: &[SurfaceRow]) -> Result<MapHea
     let (variants, designs) = (sections.record(variants::SECTION)?, sections.record(variants::DESIGNS)?);
     let laws = sections.optional(record::LAWS)?;
     let changes = sections.optional(record::CHANGES)?;
+    let air_at = sections.optional(record::AIR_AT)?;
     let gradient = sections.optional(GRADIENT)?;
     let Sections { header, header_offset, .. } = sections;
     let damaged = |reason| MapError::Damaged { offset: header_offset, reason };
     let mut header = record::header(header, mesh, directivity, laws).map_err(damaged)?;
     record::apply_changes(changes, &mut header.scene.sources).map_err(damaged)?;
+    header.scene.air_at = record::read_air_at(air_at).map_err(damaged)?;
     variants::apply(variants, &mut header.scene).map_err(damaged)?;
     variants::apply_designs(designs, &mut header.scene).map_err(damaged)?;
     if let Some(record) = media {

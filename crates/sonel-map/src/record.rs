@@ -169,6 +169,24 @@ pub(crate) fn apply_changes(rows: &[[f64; 2]], sources: &mut [Source]) -> Result
     Ok(())
 }
 
+/// Name of the section that only a map of a scene with `air_at` has: its places [m].
+pub(crate) const AIR_AT: &str = "air_at";
+
+/// The rows of [`AIR_AT`]; none where no place is stated.
+pub(crate) fn air_at(places: &[DVec3]) -> Option<Vec<[f64; 3]>> {
+    (!places.is_empty()).then(|| places.iter().map(DVec3::to_array).collect())
+}
+
+/// The places in the `rows` of [`AIR_AT`], none without the section; the reason where one is not finite.
+pub(crate) fn read_air_at(rows: &[[f64; 3]]) -> Result<Vec<DVec3>, String> {
+    let places: Vec<DVec3> = rows.iter().copied().map(DVec3::from_array).collect();
+    if places.iter().all(|place| place.is_finite()) {
+        Ok(places)
+    } else {
+        Err("a place of air is not finite".to_owned())
+    }
+}
+
 /// The header of `record` with the scene's `mesh`, its directivities and the rows of [`LAWS`], none where there are none; the reason
 /// where the record contradicts itself.
 pub(crate) fn header(
@@ -259,6 +277,7 @@ fn scene(record: SceneRecord, mesh: Mesh, laws: &[u8]) -> Result<Scene, String> 
         variants: Vec::new(),
         designs: Vec::new(),
         mesh,
+        air_at: Vec::new(),
         sources: record.sources.into_iter().map(|s| source(s, expected)).collect::<Result<_, _>>()?,
         receivers: record.receivers.into_iter().map(receiver).collect::<Result<_, _>>()?,
         media: None,

@@ -126,6 +126,7 @@ impl<W: Write + Seek> MapWriter<W> {
         let scene = &header.scene;
         sections.extend(self.optional(record::LAWS, record::laws(&scene.materials))?);
         sections.extend(self.optional(record::CHANGES, record::changes(&scene.sources))?);
+        sections.extend(self.optional(record::AIR_AT, record::air_at(&scene.air_at))?);
         let media = scene.media.as_ref().map(media::record);
         sections.extend(self.record(media::SECTION, media)?);
         sections.extend(self.record(directivity::SECTION, directivity::record(scene))?);

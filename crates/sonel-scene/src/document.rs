@@ -229,6 +229,15 @@ impl<'t> Entry<'t> {
         Some(DVec3::new(x.value, y.value, z.value))
     }
 
+    /// A list of places, each of three finite numbers.
+    pub(crate) fn vectors(&self) -> Option<Vec<DVec3>> {
+        let Some(items) = self.items() else {
+            return self.expected("a list of places such as [[1.0, 2.0, 1.5]]");
+        };
+        let places: Vec<Option<DVec3>> = items.map(|item| item.vector()).collect();
+        places.into_iter().collect()
+    }
+
     /// A table.
     pub(crate) fn table(&self) -> Option<Table<'t>> {
         match &self.value.kind {

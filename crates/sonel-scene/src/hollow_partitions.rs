@@ -10,7 +10,7 @@
 //! References: docs/physics.md §3, docs/formats/scene.md.
 
 use glam::DVec3;
-use sonel_geometry::{AirCell, FaceKind, Geometry, MeshTriangle, Side, SurfaceId};
+use sonel_geometry::{CellPlace, FaceKind, Geometry, MeshTriangle, Side, SurfaceId};
 
 use crate::notation::{number, place};
 use crate::report::{NoteKind, Report};
@@ -39,6 +39,7 @@ pub(crate) fn close_off(
     walls: &mut Walls,
     geometry: Geometry,
     kind: impl Fn(u32) -> FaceKind,
+    air_at: &[DVec3],
     sources: &[DVec3],
     report: &Report,
 ) -> Geometry {
@@ -63,7 +64,7 @@ pub(crate) fn close_off(
                 "{}: the space about ({}) m between faces that transmit, {} m deep, is the inside of a partition: none of its floor, ceiling \
                  and side walls counts",
                 walls.path,
-                place(cell.center),
+                place(cell.place),
                 number(thickness)
             ),
         );
@@ -71,7 +72,7 @@ pub(crate) fn close_off(
     if mesh.triangles.len() == drawn {
         return geometry;
     }
-    Geometry::with_kinds(mesh.clone(), kind).expect("the mesh has triangles")
+    Geometry::with_kinds(mesh.clone(), kind, air_at).expect("the mesh has triangles")
 }
 
 /// The sides of triangles that bound a cell.
@@ -94,7 +95,7 @@ fn sides(geometry: &Geometry, cell: u32) -> Vec<CellSide> {
 /// Depth of the partition that `cell` is the inside of [m].
 fn thickness(
     geometry: &Geometry,
-    cell: &AirCell,
+    cell: &CellPlace,
     sides: &[CellSide],
     passes: &impl Fn(SurfaceId) -> bool,
 ) -> Option<f64> {

@@ -29,8 +29,8 @@ pub(crate) fn inspect(
     let all_sources: Vec<DVec3> = sources.iter().map(|(_, source)| source.position).collect();
     for (at, Spot { position, path, .. }) in sources.iter().chain(&receivers) {
         if let Err(misplaced) = geometry.check_place(*position, &all_sources) {
-            let swapped = swapped(geometry, *position, &misplaced).unwrap_or_default();
-            report.problem(*at, format!("{path}: {position} {misplaced}{swapped}"));
+            let remedy = swapped(geometry, *position, &misplaced).or_else(|| stated(*position, &misplaced));
+            report.problem(*at, format!("{path}: {position} {misplaced}{}", remedy.unwrap_or_default()));
         }
     }
 }
@@ -46,6 +46,12 @@ fn swapped(geometry: &Geometry, place: DVec3, misplaced: &Misplaced) -> Option<S
     Some(format!(
         "; with y and z swapped, {inside} m, it is inside: give positions in the axes of the mesh, and mesh_up = \"y\" where y is up"
     ))
+}
+
+/// The line that makes air of the place, where it is off all surfaces.
+fn stated(place: DVec3, misplaced: &Misplaced) -> Option<String> {
+    let is_off = !matches!(misplaced.obstacle, Obstacle::Surface { .. });
+    is_off.then(|| format!("; if sound is to be there, add the line air_at = [{place}]"))
 }
 
 /// The positions that could be read, and where they stand in the file.

@@ -29,13 +29,14 @@ use crate::value::{Entries, Value, to_toml};
 use crate::{LONGEST_DEFAULT_DURATION, LONGEST_DURATION, Problem, Receiver, Scene, SceneErrors, Source};
 
 /// Keys of the document itself.
-const KEYS: [&str; 16] = [
+const KEYS: [&str; 17] = [
     "name",
     "mesh",
     "mesh_unit",
     "mesh_weld",
     "mesh_up",
     "closed",
+    "air_at",
     "duration_s",
     "shoebox",
     "bands",
@@ -338,10 +339,13 @@ fn compile(
     let is_interface = |material| interfaces.iter().any(|interface| interface.material == material);
     let kind = |material| face_kind(&materials, material, is_interface);
     let closed = read_closed(document);
-    let geometry = walls.as_mut().and_then(|walls| build(walls, &materials, kind, closed.as_ref(), &report));
+    let air_at = document.get("air_at").and_then(|entry| entry.vectors()).unwrap_or_default();
+    let geometry =
+        walls.as_mut().and_then(|walls| build(walls, &materials, kind, &air_at, closed.as_ref(), &report));
     let source_points: Vec<DVec3> = sources.iter().map(|source| source.point.position).collect();
-    let close_off =
-        |(walls, geometry)| hollow_partitions::close_off(walls, geometry, kind, &source_points, &report);
+    let close_off = |(walls, geometry)| {
+        hollow_partitions::close_off(walls, geometry, kind, &air_at, &source_points, &report)
+    };
     let geometry = walls.as_mut().zip(geometry).map(close_off);
     inspect(geometry.as_ref(), &sources, &receivers, &report);
     let compile_media = |geometry| regions::compile(regions, &interfaces, &sources, geometry, &report);
@@ -366,6 +370,7 @@ fn compile(
         variants,
         designs,
         mesh,
+        air_at,
         sources: sources.into_iter().map(|Placed { point, .. }| point).collect(),
         receivers: receivers.into_iter().map(|Placed { point, .. }| point).collect(),
         up,
@@ -431,6 +436,7 @@ fn build(
     walls: &mut Walls,
     materials: &[Material],
     kind: impl Fn(u32) -> FaceKind,
+    air_at: &[DVec3],
     closed: Option<&Entry<'_>>,
     report: &Report,
 ) -> Option<Geometry> {
@@ -450,7 +456,7 @@ fn build(
         dropped = mended.dropped;
         walls.mesh = mended.mesh;
     }
-    let geometry = match Geometry::with_kinds(walls.mesh.clone(), kind) {
+    let geometry = match Geometry::with_kinds(walls.mesh.clone(), kind, air_at) {
         Ok(geometry) => geometry,
         Err(error) => {
             report.problem(walls.at, format!("{path}: {error}"));
@@ -474,6 +480,17 @@ fn build(
                  cut them out of {first}, or draw {left_out} first"
             ),
         });
+    }
+    if let Some(first) = geometry.masonry().first() {
+        let masonry = geometry.masonry();
+        let volume: f64 = masonry.iter().map(|part| part.volume).sum();
+        report.note(format!(
+            "{path}: walls are drawn as solids: {} m³ in {} count as masonry, the largest about ({}) m; air_at = [[x, y, z]] states where \
+             air is instead",
+            number(volume),
+            count(masonry.len(), "part"),
+            place(first.place)
+        ));
     }
     let dropped = dropped + geometry.dropped_triangles();
     if dropped > 0 {

@@ -56,6 +56,8 @@ pub struct Scene {
     /// Walls [m].
     #[serde(skip)]
     pub mesh: Mesh,
+    /// Places that alone are air, whatever the walls say [m]; none where the walls tell.
+    pub air_at: Vec<DVec3>,
     /// Sources, at least one in a loaded scene.
     pub sources: Vec<Source>,
     /// Receivers, possibly none: a map serves any.
@@ -162,6 +164,7 @@ impl Scene {
             variants: Vec::new(),
             designs: Vec::new(),
             mesh,
+            air_at: Vec::new(),
             sources: Vec::new(),
             receivers: Vec::new(),
             up: DVec3::Z,
@@ -315,7 +318,11 @@ impl Scene {
     /// When the mesh has no usable triangle, see [`GeometryError`].
     pub fn geometry(&self) -> Result<Geometry, GeometryError> {
         let is_interface = |material| self.media.as_ref().is_some_and(|media| media.is_interface(material));
-        Geometry::with_kinds(self.mesh.clone(), |material| face_kind(&self.materials, material, is_interface))
+        Geometry::with_kinds(
+            self.mesh.clone(),
+            |material| face_kind(&self.materials, material, is_interface),
+            &self.air_at,
+        )
     }
 
     /// Whether faces are walls, partitions and interfaces as in `other`, a scene of the same mesh: then both have one geometry.
@@ -344,7 +351,8 @@ impl Scene {
         }
         let is_interface = |material| interfaces.contains(&material);
         let kind = |material| face_kind(&self.materials, material, is_interface);
-        let geometry = Geometry::with_kinds(self.mesh.clone(), kind).expect("the mesh has triangles");
+        let geometry =
+            Geometry::with_kinds(self.mesh.clone(), kind, &self.air_at).expect("the mesh has triangles");
         let sources: Vec<DVec3> = self.sources.iter().map(|source| source.position).collect();
         self.media = Some(Media::find(&geometry, regions, interfaces, &sources)?);
         Ok(self)

@@ -2,7 +2,7 @@
 
 use crate::study::room_decay::RoomDecay;
 use serde_json::{Value, json};
-use sonel_scene::checkup::{Checkup, Covering, Room, Times};
+use sonel_scene::checkup::{Air, Checkup, Covering, Room, Times};
 
 /// The checkup as JSON (docs/interface.md).
 #[must_use]
@@ -64,6 +64,13 @@ fn room_json(room: &Room) -> Value {
             "eyring_s": times.eyring,
         })
     });
+    // What is outside has neither volume nor place.
+    let airs = room.airs.iter().map(|Air { volume, place, materials, points }| match volume.zip(*place) {
+        None => json!({ "materials": materials, "points": points }),
+        Some((volume, place)) => {
+            json!({ "volume_m3": volume, "place_m": place.to_array(), "materials": materials, "points": points })
+        }
+    });
     let [triangles, surfaces] = room.counts;
     json!({
         "extents_m": room.extents.to_array(),
@@ -75,5 +82,6 @@ fn room_json(room: &Room) -> Value {
         "surfaces": surfaces,
         "materials": coverings.collect::<Vec<_>>(),
         "bands": times.collect::<Vec<_>>(),
+        "airs": airs.collect::<Vec<_>>(),
     })
 }

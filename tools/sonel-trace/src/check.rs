@@ -7,7 +7,7 @@ use anyhow::{anyhow, bail};
 use clap::Args;
 use sonel::check_file;
 use sonel::checkup::{notes, report};
-use sonel::scenes::checkup::{Checkup, Covering, Room, Times};
+use sonel::scenes::checkup::{Air, Checkup, Covering, Room, Times};
 use sonel::scenes::folded;
 use sonel_console::follower::Follower;
 use sonel_console::output::{Kind, Output};
@@ -112,7 +112,39 @@ fn describe(room: &Room) -> String {
         room.schroeder_frequency
             .map(|hz| format!("Schroeder       {hz:.0} Hz: results below it are not valid")),
     );
-    format!("{}\n\n{}\n{}", lines.join("\n"), coverings(room), times(room))
+    format!("{}\n\n{}{}\n{}", lines.join("\n"), airs(room), coverings(room), times(room))
+}
+
+/// Most parts of the air that are listed.
+const LISTED: usize = 12;
+/// Most materials that are named of each.
+const NAMED: usize = 4;
+
+/// The parts of the air, where there are several.
+fn airs(room: &Room) -> String {
+    if room.airs.len() < 2 {
+        return String::new();
+    }
+    let named = |names: &[String]| match names.len().saturating_sub(NAMED) {
+        0 => names.join(", "),
+        more => format!("{} and {more} more", names[..NAMED].join(", ")),
+    };
+    let rows =
+        (1..).zip(&room.airs).take(LISTED).map(|(number, Air { volume, place, materials, points })| {
+            let place = place.map(|place| place.to_array().map(|x| format!("{x:.2}")).join(", "));
+            [
+                number.to_string(),
+                volume.map_or("no bounds".to_owned(), |volume| format!("{volume:.1}")),
+                place.unwrap_or_else(|| "outside".to_owned()),
+                named(points),
+                named(materials),
+            ]
+        });
+    let table = aligned(["air", "volume [m³]", "at [m]", "sources, receivers", "materials"], rows, 0..2);
+    match room.airs.len().saturating_sub(LISTED) {
+        0 => table + "\n",
+        more => format!("{table}{more} smaller ones\n\n"),
+    }
 }
 
 fn coverings(room: &Room) -> String {

@@ -36,6 +36,10 @@ pub(crate) struct New {
     /// Upward axis of the mesh [default: what the file says, else where floors and ceilings lie].
     #[arg(long, value_name = "AXIS", value_parser = ["z", "y"])]
     up: Option<String>,
+    /// Leave out all rooms of the mesh but this one, by its number in the log, where 1 is the largest [default: none is left out,
+    /// source and receiver are in the largest].
+    #[arg(long, value_name = "N", conflicts_with = "shoebox")]
+    room: Option<usize>,
     /// Scene file to write; an existing file is not replaced.
     #[arg(short, long, value_name = "SCENE.toml")]
     output: PathBuf,
@@ -58,6 +62,7 @@ pub(crate) fn run(new: &New, log: &mut dyn Write) -> anyhow::Result<Outcome> {
         purpose: new.purpose.as_deref().and_then(|purpose| purpose.parse().ok()),
         unit: new.unit.as_deref(),
         up: new.up.as_deref(),
+        room: new.room,
     };
     let draft = match (&new.shoebox, &new.mesh) {
         (Some(lengths), _) => sonel::scenes::draft_shoebox(*lengths, &options),

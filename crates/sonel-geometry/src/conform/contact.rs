@@ -71,7 +71,9 @@ pub(super) fn find(mesh: &Mesh, changed: Option<&HashSet<u32>>, tolerance: f64) 
         .collect();
     let faces: Vec<Face> =
         (0..mesh.triangles.len() as u32).into_par_iter().map(|face| Face::new(mesh, face)).collect();
-    let tree = build_bvh2(&bounds, BvhBuildParams::fastest_build(), &mut Duration::default());
+    let mut tree = build_bvh2(&bounds, BvhBuildParams::fastest_build(), &mut Duration::default());
+    // The stack of its traversal, which many long triangles that overlap make deeper than usual.
+    tree.max_depth = tree.depth(0) + 1;
     let is_changed = |face: u32| changed.is_none_or(|changed| changed.contains(&face));
     let asked: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|&face| is_changed(face)).collect();
     let found = asked.par_chunks(CHUNK).map(|chunk| {

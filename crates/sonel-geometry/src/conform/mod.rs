@@ -18,7 +18,7 @@ mod overhangs;
 
 use crate::layers::{Stack, stacks};
 use crate::topology::Connected;
-use crate::weld::Points;
+use crate::weld::{Points, has_area};
 use crate::{Crossing, Mesh};
 use arrangement::{Lines, Piece};
 use contact::{Contact, Meeting};
@@ -61,7 +61,7 @@ pub(crate) fn conform(mesh: &mut Mesh, tolerance: f64) -> Conformed {
         if parts.is_empty() {
             break;
         }
-        changed = Some(replace(mesh, &mut drawn, parts));
+        changed = Some(replace(mesh, &mut drawn, parts, tolerance));
     }
     if points.is_some() {
         overhangs::cut_off(mesh, &mut drawn);
@@ -126,11 +126,21 @@ fn beside<'a>(mesh: &'a Mesh, on_sides: &'a OnSides) -> impl Iterator<Item = u32
 }
 
 /// Puts parts in the place of the triangles they are of; returns the triangles that have changed.
-fn replace(mesh: &mut Mesh, drawn: &mut Vec<u32>, mut parts: Parts) -> HashSet<u32> {
+///
+/// A part lower than the tolerance is left out, as a triangle that is drawn so is: its normal would be rounding. The triangle on its longest
+/// side has its apex on that side then, and counts as changed.
+fn replace(mesh: &mut Mesh, drawn: &mut Vec<u32>, mut parts: Parts, tolerance: f64) -> HashSet<u32> {
     parts.sort_by_key(|(face, _)| *face);
     let mut changed = HashSet::default();
-    for (face, parts) in parts {
+    let mut left_out: HashSet<[u32; 2]> = HashSet::default();
+    for (face, mut parts) in parts {
         let whole = mesh.triangles[face as usize];
+        parts.retain(|&corners| {
+            let is_kept = has_area(corners.map(|corner| mesh.vertices[corner as usize]), tolerance);
+            left_out
+                .extend(crate::MeshTriangle { corners, ..whole }.sides().into_iter().filter(|_| !is_kept));
+            is_kept
+        });
         for (at, corners) in parts.into_iter().enumerate() {
             let index = if at == 0 { face } else { mesh.triangles.len() as u32 };
             let part = crate::MeshTriangle { corners, ..whole };
@@ -142,6 +152,13 @@ fn replace(mesh: &mut Mesh, drawn: &mut Vec<u32>, mut parts: Parts) -> HashSet<u
             }
             changed.insert(index);
         }
+    }
+    if !left_out.is_empty() {
+        let is_beside =
+            |triangle: &crate::MeshTriangle| triangle.sides().iter().any(|side| left_out.contains(side));
+        changed.extend(
+            (0..).zip(&mesh.triangles).filter(|(_, triangle)| is_beside(triangle)).map(|(face, _)| face),
+        );
     }
     changed
 }

@@ -5,8 +5,9 @@ use core::f64::consts::TAU;
 
 use crate::cells::OUTSIDE;
 use crate::layers::Redrawn;
-use crate::{Side, Surface, SurfaceId};
+use crate::{CellPlace, Side, Surface, SurfaceId};
 use glam::DVec3;
+use std::collections::BTreeMap;
 
 /// Share of diffuse rays from one side of a wall [1] that meet nothing, from which on that side is outside. Chosen, not measured: inside a
 /// room it is the solid-angle share of its holes; at 1 any other building in view makes a side an inner one.
@@ -16,17 +17,6 @@ const RAYS_OF_SIDE: usize = 64;
 /// Most rays from all surfaces together, which bounds the time of loading. Chosen, not measured: scenes of more than 3000 surfaces have fewer
 /// for each, at least four.
 const RAYS_OF_ALL: usize = 400_000;
-
-/// A part of the air that faces bound on all sides.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AirCell {
-    /// Its number, [`Geometry::cell_at`].
-    pub number: u32,
-    /// Volume [m³].
-    pub volume: f64,
-    /// Centre of its bounds, in world coordinates [m].
-    pub center: DVec3,
-}
 
 impl Geometry {
     /// Whether a world position [m] is in the air of the closed room: within its hull and in no solid.
@@ -45,13 +35,28 @@ impl Geometry {
         self.is_closed_room() && cell != OUTSIDE && self.cells.cell(cell).is_air
     }
 
-    /// The cells of air, where the room is closed.
-    pub fn air_cells(&self) -> impl Iterator<Item = AirCell> + '_ {
-        let inside = self.cells.inside().filter(|(number, _)| self.is_air_cell(*number));
-        inside.map(|(number, cell)| {
-            let (low, high) = cell.bounds;
-            AirCell { number, volume: cell.volume, center: 0.5 * (low + high) }
-        })
+    /// The bounded cells of air, the largest first. In the open closed objects are none.
+    pub fn air_cells(&self) -> Vec<CellPlace> {
+        self.cells.listed(&self.mesh, |cell| cell.is_air)
+    }
+
+    /// The walls with thickness of a room that is drawn by them, the largest first. Their faces without air are left out; their numbers
+    /// are those of no cell.
+    pub fn masonry(&self) -> &[CellPlace] {
+        &self.masonry
+    }
+
+    /// Area of each material that a cell is exposed to [m²].
+    pub fn covering(&self, cell: u32) -> BTreeMap<u32, f64> {
+        let mut areas = BTreeMap::new();
+        for face in 0..self.mesh.triangles.len() as u32 {
+            let sides = self.cells.sides(face).into_iter().filter(|&side| side == cell).count();
+            if sides > 0 && !self.surface(self.of_triangle[face as usize]).interface {
+                let material = self.mesh.triangles[face as usize].material;
+                *areas.entry(material).or_default() += sides as f64 * self.mesh.vector_area(face).length();
+            }
+        }
+        areas
     }
 
     /// The cells in front of a wall and behind it, all along it. Borders between airs bound no cells: 0.

@@ -13,3 +13,4 @@ mod room;
 #[path = "../rays/rooms.rs"]
 mod rooms;
 mod shells;
+mod solids;

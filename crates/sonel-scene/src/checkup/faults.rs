@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 use sonel_acoustics::Material;
-use sonel_geometry::{Connected, Geometry, Surface, SurfaceId};
+use sonel_geometry::{CellPlace, Connected, Geometry, Surface, SurfaceId};
 
 use crate::Scene;
 use crate::notation::{count, number, place};
@@ -174,13 +174,17 @@ fn sealed(geometry: &Geometry, scene: &Scene) -> Option<String> {
     if scene.materials.iter().any(Material::transmits) || at_sources.is_empty() {
         return None;
     }
-    let sealed = geometry.air_cells().filter(|cell| !at_sources.contains(&cell.number));
-    let named: Vec<String> =
-        sealed.map(|cell| format!("{} m³ about ({}) m", number(cell.volume), place(cell.center))).collect();
+    let sealed = geometry.air_cells().into_iter().filter(|cell| !at_sources.contains(&cell.number));
+    let named = |CellPlace { volume, bounds: (low, high), .. }: CellPlace| {
+        format!("{} m³ about ({}) m", number(volume), place(0.5 * (low + high)))
+    };
+    let named: Vec<String> = sealed.map(named).collect();
     (!named.is_empty()).then(|| {
         format!(
-            "air is sealed off from every source and counts in the volume: {}; draw what closes the object, its top or bottom, or a way in",
-            listed(&named)
+            "air is sealed off from every source and counts in the volume: {}; draw what closes the object, its top or bottom, or a way in, or state where air \
+             is: air_at = [{}]",
+            listed(&named),
+            scene.sources[0].position
         )
     })
 }

@@ -18,7 +18,7 @@ use sonel_acoustics::{
     equivalent_absorption_area, eyring_time, mean_absorption, mean_free_path, sabine_time,
     schroeder_frequency,
 };
-use sonel_geometry::Geometry;
+use sonel_geometry::{CellPlace, Geometry};
 
 use crate::load::{Attempt, attempt};
 use crate::report::{NoteKind, Remarks};
@@ -67,6 +67,21 @@ pub struct Room {
     pub coverings: Vec<Covering>,
     /// One for each band of a closed room whose materials are all known.
     pub times: Vec<Times>,
+    /// Where sound can be, the largest part first.
+    pub airs: Vec<Air>,
+}
+
+/// A part of the air that no wall divides.
+#[derive(Clone, Debug)]
+pub struct Air {
+    /// Volume [m³]; none of the outside, which has no bounds.
+    pub volume: Option<f64>,
+    /// A place in it [m]; none of the outside.
+    pub place: Option<DVec3>,
+    /// Names of the materials around it, the largest area first.
+    pub materials: Vec<String>,
+    /// Names of the sources and receivers in it.
+    pub points: Vec<String>,
 }
 
 /// A material and where it is.
@@ -185,10 +200,34 @@ fn room(attempt: &Attempt, geometry: &Geometry) -> Room {
         schroeder_frequency: volume
             .filter(|_| longest > 0.0)
             .map(|volume| schroeder_frequency(longest, volume)),
+        airs: airs(attempt, geometry),
         counts: [geometry.mesh().triangles.len(), geometry.surfaces().len()],
         coverings,
         times,
     }
+}
+
+fn airs(attempt: &Attempt, geometry: &Geometry) -> Vec<Air> {
+    let names: Vec<&String> = names(attempt).collect();
+    let Scene { sources, receivers, .. } = &attempt.scene;
+    let points = sources.iter().map(|it| (&it.name, it.position));
+    let points: Vec<(&String, u32)> = points
+        .chain(receivers.iter().map(|it| (&it.name, it.position)))
+        .map(|(name, position)| (name, geometry.cell_at(position)))
+        .collect();
+    let air = |cell: u32, found: Option<CellPlace>| {
+        let mut areas: Vec<(u32, f64)> = geometry.covering(cell).into_iter().collect();
+        areas.sort_by(|a, b| b.1.total_cmp(&a.1));
+        Air {
+            volume: found.map(|found| found.volume),
+            place: found.map(|found| found.place),
+            materials: areas.iter().map(|(material, _)| names[*material as usize].clone()).collect(),
+            points: points.iter().filter(|(_, at)| *at == cell).map(|(name, _)| (*name).clone()).collect(),
+        }
+    };
+    let outside = (!geometry.is_closed_room()).then(|| air(0, None));
+    let bounded = geometry.air_cells().into_iter().map(|cell| air(cell.number, Some(cell)));
+    outside.into_iter().chain(bounded).collect()
 }
 
 fn times(scene: &Scene, coverings: &[Covering], volume: f64) -> Vec<Times> {

@@ -10,17 +10,17 @@ use std::fmt::Write;
 use std::io;
 
 use glam::DVec3;
-use sonel_geometry::{Departure, Geometry};
+use sonel_geometry::{CellPlace, Departure, Geometry};
 
 use crate::document::quoted;
 use crate::formats;
-use crate::load::attempt;
-use crate::notation::number;
+use crate::load::{Attempt, attempt};
+use crate::notation::{self, count, number, place};
 use crate::obj::Polygons;
 use crate::problem::LineProblem;
 use crate::scene::default_duration;
 use crate::sections::walls::UNITS;
-use crate::{Problem, Scene, SceneErrors};
+use crate::{Scene, SceneErrors};
 use proposal::table;
 pub use purpose::Purpose;
 pub use shoebox::draft_shoebox;
@@ -51,6 +51,8 @@ pub struct DraftOptions<'a> {
     pub unit: Option<&'a str>,
     /// Upward axis of the mesh, as `mesh_up`; by default what the file says or its materials tell.
     pub up: Option<&'a str>,
+    /// The only room that is air, by its number from 1; by default all are, and the points are in the largest.
+    pub room: Option<usize>,
 }
 
 /// A scene file for the mesh at `path`, relative to the scene file; `open` opens it and what lies beside it.
@@ -72,13 +74,19 @@ pub fn draft(
     names.sort_unstable();
     let mut text = format!("name = {}\nmesh = {}\n{keys}", quoted(name), quoted(path));
     let tables: String = names.iter().map(|name| table(name)).collect();
-    // Read once without positions: where the room is decides them.
-    let tried = attempt(&format!("{text}{tables}"), path, open)?;
-    let unfit = |problem: &Problem| problem.place.line != 1 || !problem.message.starts_with("sources");
-    let problems: Vec<Problem> = tried.problems.into_iter().filter(unfit).collect();
-    let Some(geometry) = tried.geometry.filter(|_| problems.is_empty()) else {
-        return Err(SceneErrors { problems });
-    };
+    // Read without positions: where the room is decides them.
+    let mut tried = tried(&format!("{text}{tables}"), path, open)?;
+    let rooms = tried.1.air_cells();
+    notes.extend(listed(&rooms));
+    if let Some(number) = options.room {
+        let Some(room) = number.checked_sub(1).and_then(|at| rooms.get(at)) else {
+            let have = count(rooms.len(), "room");
+            return Err(whole(format!("room {number}: the mesh has {have}, from 1")));
+        };
+        text += &format!("air_at = [{}]    # room {number} alone\n", (room.place * 1e3).round() / 1e3);
+        tried = self::tried(&format!("{text}{tables}"), path, open)?;
+    }
+    let (tried, geometry) = tried;
     warnings.extend(tried.remarks.warnings);
     let mut head =
         "# Written by sonel-trace new: check what is marked as a guess. Keys: docs/formats/scene.md\n"
@@ -122,6 +130,38 @@ pub fn draft(
     Ok(Draft { text: head + &text, warnings, notes })
 }
 
+/// A scene without positions and its walls.
+fn tried(
+    text: &str,
+    path: &str,
+    open: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
+) -> Result<(Attempt, Geometry), SceneErrors> {
+    let mut tried = attempt(text, path, open)?;
+    tried.problems.retain(|problem| problem.place.line != 1 || !problem.message.starts_with("sources"));
+    match tried.geometry.take().filter(|_| tried.problems.is_empty()) {
+        Some(geometry) => Ok((tried, geometry)),
+        None => Err(SceneErrors { problems: tried.problems }),
+    }
+}
+
+/// Most rooms that are listed.
+const LISTED: usize = 12;
+/// Least volume of a room [m³]: a small booth. Less is a gap in the drawing.
+const LEAST_ROOM: f64 = 1.0;
+
+/// The rooms of a mesh, where it has several.
+fn listed(rooms: &[CellPlace]) -> Vec<String> {
+    let room = |(number, room): (usize, &CellPlace)| {
+        format!(
+            "room {number}: {} m³ about ({}) m",
+            notation::number(room.volume),
+            place((room.place * 1e3).round() / 1e3)
+        )
+    };
+    let count = rooms.iter().filter(|room| room.volume >= LEAST_ROOM).count();
+    if count < 2 { Vec::new() } else { (1..).zip(&rooms[..count]).take(LISTED).map(room).collect() }
+}
+
 /// The key `duration_s` as a comment, for it has a default; and Sabine's time of the materials, where there is one.
 fn duration(scene: &Scene, geometry: &Geometry) -> String {
     let longest = scene.largest_sabine_time(geometry).filter(|_| geometry.is_closed_room());
@@ -154,9 +194,11 @@ fn named_points(
     of_kind.filter(|(name, _)| seen.insert(name)).map(|(name, point)| (name.clone(), place(*point))).collect()
 }
 
-/// A free place at a height [m] over the lowest point, or somewhere in between; `taken` are the positions of sources, of which it shares the air.
+/// A free place at a height [m] over the lowest point, or somewhere in between, in the largest room where there is one; `taken` are the positions
+/// of sources, of which it shares the air.
 fn free_place(geometry: &Geometry, up: DVec3, height: f64, taken: &[DVec3]) -> Option<DVec3> {
-    let (low, high) = geometry.bounds();
+    let room = geometry.air_cells().first().copied();
+    let (low, high) = room.map_or(geometry.bounds(), |room| room.bounds);
     let extents = high - low;
     let tall = extents.dot(up);
     let heights =
@@ -185,6 +227,7 @@ fn free_place(geometry: &Geometry, up: DVec3, height: f64, taken: &[DVec3]) -> O
     let is_in_shells = 2 * places.iter().filter(|&&place| is_inside(place)).count() > places.len();
     let shares_air = |place: DVec3| match taken.first() {
         Some(&source) => geometry.cell_at(place) == geometry.cell_at(source),
+        None if room.is_some() => room.is_some_and(|room| geometry.cell_at(place) == room.number),
         None => is_inside(place) == is_in_shells,
     };
     let is_over_ground = |place: DVec3| {
