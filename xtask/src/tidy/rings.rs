@@ -29,7 +29,7 @@ const RINGS: [Ring; 6] = [
     ),
     ("results", 9_500, &["crates/sonel-analysis/", "crates/sonel-design/", "crates/sonel-drawing/"]),
     ("sound", 2_000, &["crates/sonel-sound/"]),
-    ("face", 4_700, &["crates/sonel/"]),
+    ("face", 7_000, &["crates/sonel/"]),
     ("programs", 7_400, &["tools/"]),
     ("binding", 1_100, &["python/"]),
 ];
