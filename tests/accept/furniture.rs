@@ -172,7 +172,7 @@ fn twenty_arrangements_of_furniture_shade_as_waves_say() {
 }
 
 /// rms per octave from 63 Hz to 1 kHz over seven arrangements of several objects, a tenth above what docs/diffraction.md states [dB].
-const ALLOWED: [f64; 5] = [1.1, 2.7, 2.6, 1.6, 1.5];
+const ALLOWED: [f64; 5] = [1.1, 2.9, 2.5, 1.4, 1.4];
 
 #[test]
 fn several_objects_shade_as_waves_say() {

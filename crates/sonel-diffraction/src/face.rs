@@ -109,7 +109,6 @@ impl FaceQuery {
 #[derive(Debug, Clone)]
 pub struct FacePath {
     length: f64,
-    crossings: [f64; 2],
     /// The form that is exact at the receiver's end, and the one at the source's.
     forms: [Option<Form>; 2],
     overlap: Overlap,
@@ -160,28 +159,13 @@ impl FacePath {
         back.iter_mut().for_each(|form| form.lead.edge = 1);
         let forms = [there, back];
         let length = forms.iter().flatten().map(|form| form.length).fold(f64::INFINITY, f64::min);
-        let crossings = [
-            crossing([&first, &last], source.point, receiver.point),
-            crossing([&last, &first], receiver.point, source.point),
-        ];
-        length.is_finite().then(|| Self {
-            length,
-            crossings,
-            forms,
-            overlap: Overlap::new(edges, ends, asked),
-        })
+        length.is_finite().then(|| Self { length, forms, overlap: Overlap::new(edges, ends, asked) })
     }
 
     /// Length of the shortest way over both edges [m].
     #[must_use]
     pub fn length(&self) -> f64 {
         self.length
-    }
-
-    /// Where the way crosses the first and the last edge [m from their starts].
-    #[must_use]
-    pub fn crossings(&self) -> [f64; 2] {
-        self.crossings
     }
 
     /// The edges whose waves the path is part of, in the order of [`FacePath::amplitudes`].
@@ -243,6 +227,12 @@ impl Beam {
         let free = |k: &f64| Complex::unit(k * self.reach) * self.reach;
         self.path.totals(numbers).into_iter().zip(numbers.values()).map(|(left, k)| left * free(k)).collect()
     }
+}
+
+/// Where the way over both `edges` crosses them [m from their starts], from a source about the first one to a receiver about the last one.
+#[must_use]
+pub fn crossings([first, last]: [FaceEdge<'_>; 2], [source, receiver]: [WedgePoint; 2]) -> [f64; 2] {
+    [crossing([&first, &last], source, receiver), crossing([&last, &first], receiver, source)]
 }
 
 /// Where the way from the source to the receiver, unfolded about the last edge, crosses the first one [m from its start].

@@ -36,7 +36,9 @@ const OF_TWO: f64 = 0.25;
 /// Fainter ones are computed while what is left out may bring this share of a band's energy, 0.3 dB,
 const AUDIBLE: f64 = 0.07;
 /// down to this share.
-const FAINTEST: f64 = 0.001;
+const FAINTEST: f64 = 0.002;
+/// Most paths of a receiver, which bounds the time to some 0.5 CPU seconds; what is left out is stated.
+const MOST: usize = 2048;
 /// Number of the last contributions that give the ratio of energies to bounds. Chosen, not measured; doubled, the ratio follows the order of
 /// contributions later.
 const SURE: usize = 64;
@@ -79,6 +81,8 @@ pub(super) struct Ranked {
     /// Energies of the last that were computed per band: at most, and in truth [1/m²]. Each counts 1 − 1/[`SURE`] of the next.
     computed: Vec<[f64; 2]>,
     next: usize,
+    /// Number of those that nothing blocks.
+    seen: usize,
     /// Number of contributions above [`LEAST`] and above [`FAINTEST`].
     heavy: usize,
     most: usize,
@@ -213,7 +217,17 @@ impl Search<'_> {
         let [heavy, most] =
             [LEAST, FAINTEST].map(|least| weighed.partition_point(|(weight, _)| *weight >= least));
         let contributions = weighed.into_iter().map(|(_, one)| one).collect();
-        Ranked { contributions, bounds, rest, found, computed: vec![[0.0; 2]; bands], next: 0, heavy, most }
+        Ranked {
+            contributions,
+            bounds,
+            rest,
+            found,
+            computed: vec![[0.0; 2]; bands],
+            next: 0,
+            seen: 0,
+            heavy,
+            most,
+        }
     }
 
     /// Visits all contributions, with their ends and edges.
@@ -351,7 +365,8 @@ impl Search<'_> {
 impl Ranked {
     /// The next contribution that has to be computed.
     pub(super) fn next(&mut self) -> Option<Contribution> {
-        if self.next >= self.most || (self.next >= self.heavy && self.dropped() <= AUDIBLE) {
+        let is_enough = self.next >= self.heavy && self.dropped() <= AUDIBLE;
+        if self.next >= self.most || self.seen >= MOST || is_enough {
             return None;
         }
         let (contribution, number) = *self.contributions.get(self.next)?;
@@ -368,6 +383,7 @@ impl Ranked {
 
     /// Notes the `energy` per band of what has been computed [1/m²].
     pub(super) fn found(&mut self, energy: &[f64]) {
+        self.seen += 1;
         for ((found, computed), energy) in self.found.iter_mut().zip(&mut self.computed).zip(energy) {
             *found += FOUND * energy;
             computed[1] += energy;

@@ -364,42 +364,42 @@ impl<'a> Field<'a> {
         arrivals
     }
 
-    /// How much scattering by each body counts, per band: with A the sum over all of them of amplitudes over that of the free path, 1 where that is
-    /// small and 1/A where many bodies stand in a row, of which paths over two are not enough.
-    fn counted(&self, group: &Group) -> Vec<f64> {
+    /// How much scattering by one body counts, and by several of them, per band: with A the amplitude over that of the free path of what all bodies
+    /// but the two strongest scatter, or of all that several scatter, 1 where A is small and [`IN_A_ROW`]/A where many bodies stand in a row.
+    fn counted(&self, group: &Group) -> Vec<[f64; 2]> {
         let bands = self.attenuation.len();
         let mut bodies: Vec<&[u32]> =
             group.sent.iter().map(|sent| &sent.route.over[..]).filter(|over| over.len() == 1).collect();
         bodies.sort_unstable();
         bodies.dedup();
-        if bodies.len() < 3 {
-            return vec![1.0; bands];
-        }
-        let whole = vec![1.0; bands];
-        let of_body = |body: &&[u32]| {
-            let of_body = group.sent.iter().filter(|sent| sent.route.over == **body);
-            let waves: Vec<Wave> = of_body.map(|sent| self.wave(sent, &whole)).collect();
+        let energy = |is_counted: &dyn Fn(&Sent) -> bool| {
+            let counted = group.sent.iter().filter(|sent| is_counted(sent));
+            let waves: Vec<Wave> = counted.map(|sent| self.wave(sent, &vec![[1.0; 2]; bands])).collect();
             self.edges.spectrum.energy(&waves)
         };
-        let energies: Vec<Vec<f64>> = bodies.iter().map(of_body).collect();
+        let of_one: Vec<Vec<f64>> =
+            bodies.iter().map(|body| energy(&|sent| sent.route.over == **body)).collect();
+        let of_several = energy(&|sent| sent.route.over.len() > 1);
         (0..bands)
             .map(|band| {
                 let free = group.free.get(band).copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
                 let mut shares: Vec<f64> =
-                    energies.iter().map(|energies| energies[band].sqrt() / free).collect();
+                    of_one.iter().map(|energies| energies[band].sqrt() / free).collect();
                 shares.sort_by(|one, other| other.total_cmp(one));
-                let others: f64 = shares.iter().skip(2).sum();
-                libm::pow(1.0 + libm::pow(others / IN_A_ROW, 8.0), -0.125)
+                let several = of_several[band].sqrt() / free;
+                [shares.iter().skip(2).sum::<f64>(), several].map(limited)
             })
             .collect()
     }
 
-    /// A wave that has been sent, of which each body's part is `counted`.
-    fn wave(&self, sent: &Sent, counted: &[f64]) -> Wave {
+    /// A wave that has been sent, of which the part of one body and of several is `counted`.
+    fn wave(&self, sent: &Sent, counted: &[[f64; 2]]) -> Wave {
         let Sent { wave, route } = sent;
         let cells = wave.amplitude.iter().zip(self.edges.spectrum.cells());
-        let gain =
-            |cell: &Cell| route.gain[cell.band] * libm::pow(counted[cell.band], route.over.len() as f64);
+        let gain = |cell: &Cell| {
+            let [one, several] = counted[cell.band];
+            route.gain[cell.band] * [1.0, one, several][route.over.len().min(2)]
+        };
         let amplitude = cells.map(|(amplitude, cell)| *amplitude * gain(cell)).collect();
         Wave { length: wave.length, amplitude }
     }
@@ -414,4 +414,9 @@ impl<'a> Field<'a> {
         };
         Wave { length: wave.length, amplitude: self.edges.spectrum.cells().iter().map(amplitude).collect() }
     }
+}
+
+/// The share that is counted of an amplitude over that of the free path.
+fn limited(amplitude: f64) -> f64 {
+    libm::pow(1.0 + libm::pow(amplitude / IN_A_ROW, 8.0), -0.125)
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use sonel_diffraction::face::{End, FaceEdge};
+use sonel_diffraction::face::{End, FaceEdge, crossings};
 use sonel_diffraction::{
     Cell, Complex, EdgePair, EdgePath, FacePath, PairWay, PartOfEdge, Visibility, WAVES, Wave, Wedge,
     WedgePoint, apex,
@@ -146,16 +146,11 @@ impl<'a> Waves<'a> {
         };
         let displaced = [images[0].displaced, image(images[1].displaced)];
         let points = [wedges[0].locate(displaced[0])?, wedges[1].locate(displaced[1])?];
-        let face_path = self.over_face([of(0), of(1)], displaced, points)?;
-        let crossings = face_path.crossings();
+        let crossings = crossings([of(0), of(1)], points);
         let places = [0, 1].map(|edge| inside(&both[edge].wedge, parts[edge], crossings[edge]));
-        let path = self.clear(
-            contribution,
-            &both,
-            &[0, 1].map(|edge| places[edge] + both[edge].off),
-            places,
-            Some(pair),
-        )?;
+        let hairs = [0, 1].map(|edge| places[edge] + both[edge].off);
+        let path = self.clear(contribution, &both, &hairs, places, Some(pair))?;
+        let face_path = self.over_face([of(0), of(1)], displaced, points)?;
         let amplitudes = face_path.amplitudes(all.spectrum.wave_numbers());
         let mut energy = vec![0.0; self.at.attenuation.len()];
         for (lead, terms) in face_path.leads().zip(&amplitudes) {
