@@ -104,7 +104,7 @@ fn third_octaves_without_their_width_are_recognised() {
     assert_eq!(error.lines().count(), 1, "{error}");
 }
 
-/// `--until` of both programs, `--use`, `--goal` and the `--parameter` of a plan.
+/// `--until` of both programs and the `--parameter` of a plan.
 #[test]
 fn help_lists_the_parameters_that_are_read() {
     let analyze = sonel_analyze::Arguments::command();
@@ -113,7 +113,7 @@ fn help_lists_the_parameters_that_are_read() {
     let arguments = commands.iter().flat_map(clap::Command::get_arguments);
     let helps = arguments.filter_map(|argument| argument.get_help()).map(ToString::to_string);
     let lists: Vec<String> = helps.filter(|help| help.contains("level, ")).collect();
-    assert_eq!(lists.len(), 5, "{lists:#?}");
+    assert_eq!(lists.len(), 3, "{lists:#?}");
     let names = sonel::study::target::names();
     for list in lists {
         assert!(list.replace(" or ", ", ").contains(&names), "{list}");

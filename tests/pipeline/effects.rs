@@ -64,7 +64,7 @@ fn edges_are_computed_where_the_receivers_are() {
     assert!(error.contains("sonel-render --effects -diffraction"), "{error}");
     let error =
         format!("{:#}", render(&folder, "auto.sonelmap", "b.npz", &["--effects", "-air"]).unwrap_err());
-    assert!(error.contains("sonel-trace"), "{error}");
+    assert!(error.contains("give other effects to the trace"), "{error}");
 }
 
 /// A screen of 400 m × 200 m in the open, and nothing else: behind it there is sound, by default.
