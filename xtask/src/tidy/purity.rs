@@ -118,10 +118,13 @@ pub(super) fn only_for_tests(tree: &Tree, path: &str) -> bool {
         return false;
     }
     let declared = format!("mod {name};");
-    let parents = [format!("{folder}/mod.rs"), format!("{folder}/lib.rs"), format!("{folder}.rs")];
+    let parents = ["/mod.rs", "/lib.rs", "/main.rs", ".rs"].map(|file| format!("{folder}{file}"));
     let parents: Vec<_> = tree.files.iter().filter(|f| parents.contains(&f.path)).collect();
     parents.iter().any(|f| f.text.contains(&declared) && !shipped(&f.text).contains(&declared))
-        || parents.iter().any(|f| !f.path.ends_with("/lib.rs") && only_for_tests(tree, &f.path))
+        || parents.iter().any(|f| {
+            !["/lib.rs", "/main.rs"].iter().any(|root| f.path.ends_with(root))
+                && only_for_tests(tree, &f.path)
+        })
 }
 
 #[cfg(test)]
