@@ -14,7 +14,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 use sonel_diffraction::Wedge;
 
-use super::faces::Pair;
+use super::faces::{Joined, Pair};
 use super::field::{Field, Key, Place};
 use super::images::{Image, Images};
 use super::mirror::Mirror;
@@ -64,8 +64,8 @@ pub(super) struct Contribution {
     /// Image of the receiver.
     pub to: usize,
     pub over: Over,
-    /// The floor between two edges, by its number.
-    pub floor: Option<usize>,
+    /// What is between two edges, by its number.
+    pub between: usize,
 }
 
 /// All contributions, the greatest first, and how much those still to come may bring.
@@ -107,12 +107,12 @@ struct Ends<'a> {
     is_visible: bool,
     /// The image source that is seen along it.
     place: Place,
-    /// The floor between two edges.
-    floor: Option<&'a Mirror>,
+    /// What is between two edges.
+    joined: &'a Joined,
 }
 
-/// Numbers of an image of the source, one of the receiver, and of the floor between.
-type Between = (usize, usize, Option<usize>);
+/// Numbers of an image of the source, one of the receiver, and of what is between two edges.
+type Between = [usize; 3];
 
 /// The strongest wave of every image source.
 #[derive(Default)]
@@ -183,7 +183,7 @@ impl Search<'_> {
             let first = bounds.len();
             let is_pair = matches!(contribution.over, Over::Two(_));
             bounds.extend(self.bounds(ends, wedges, is_pair));
-            strongest.add((contribution.from, contribution.to, contribution.floor), ends, &bounds[first..]);
+            strongest.add([contribution.from, contribution.to, contribution.between], ends, &bounds[first..]);
         });
         strongest.interfere(&mut bounds);
         let mut rest = vec![[0.0; 2]; bands];
@@ -235,67 +235,61 @@ impl Search<'_> {
         let order = self.from.order().min(self.to.order()).min(self.at.complete_order);
         for (from, source) in self.from.all.iter().enumerate() {
             for (to, receiver) in self.to.all.iter().enumerate() {
+                let images = source.order() + receiver.order();
                 // Images are sorted by order.
-                if source.order() + receiver.order() > order {
+                if images > order {
                     break;
                 }
-                let Some(ends) = self.ends(source, receiver, None) else { continue };
-                let contribution = |over| Contribution { from, to, over, floor: None };
-                for (edge, of) in self.from.edges.all.iter().enumerate() {
-                    if both(source.parts[edge], receiver.parts[edge]).is_some() && lies_off(of, &ends) {
-                        visit(contribution(Over::Edge(edge)), &ends, [of; 2]);
-                    }
-                }
-                for pair in &self.from.edges.pairs {
-                    for pair in [*pair, pair.reversed()] {
-                        let [first, last] = pair.edges;
-                        if source.parts[first].is_some() && receiver.parts[last].is_some() {
-                            let both = pair.edges.map(|edge| &self.from.edges.all[edge]);
-                            visit(contribution(Over::Face(pair)), &ends, both);
-                        }
-                    }
-                }
-                let pairs = self.from.edges.over_floors.iter();
-                for (pair, floor) in pairs.filter(|_| source.order() + receiver.order() < order) {
-                    let [first, last] = pair.edges;
-                    if source.parts[first].is_some()
-                        && receiver.parts[last].is_some()
-                        && let Some(ends) = self.ends(source, receiver, Some(&self.from.edges.floors[*floor]))
+                for (between, joined) in self.from.edges.joined.iter().enumerate() {
+                    let reflections = images + u32::from(joined.floor.is_some());
+                    if reflections <= order
+                        && let Some(ends) = self.ends(source, receiver, joined)
                     {
-                        let both = pair.edges.map(|edge| &self.from.edges.all[edge]);
-                        visit(
-                            Contribution { from, to, over: Over::Face(*pair), floor: Some(*floor) },
-                            &ends,
-                            both,
-                        );
-                    }
-                }
-                let bodies = [source, receiver].map(Image::mirrors_in_bodies).iter().sum::<usize>();
-                if source.order() + receiver.order() > IMAGES_OF_TWO || bodies > BODIES_OF_TWO {
-                    continue;
-                }
-                for &first in self.from.lit(from) {
-                    for &last in
-                        self.from.edges.partners[first].iter().filter(|&&last| self.to.is_lit(to, last))
-                    {
-                        let edges = [first, last];
-                        visit(
-                            contribution(Over::Two(edges)),
-                            &ends,
-                            edges.map(|edge| &self.from.edges.all[edge]),
-                        );
+                        self.over(joined, &ends, [from, to], |over, edges| {
+                            let both = edges.map(|edge| &self.from.edges.all[edge]);
+                            visit(Contribution { from, to, over, between }, &ends, both);
+                        });
                     }
                 }
             }
         }
     }
 
-    fn ends<'a>(
+    /// Visits what may be passed between two images, with the first and the last edge.
+    fn over(
         &self,
-        source: &'a Image,
-        receiver: &'a Image,
-        floor: Option<&'a Mirror>,
-    ) -> Option<Ends<'a>> {
+        joined: &Joined,
+        ends: &Ends<'_>,
+        [from, to]: [usize; 2],
+        mut visit: impl FnMut(Over, [usize; 2]),
+    ) {
+        let [source, receiver] = ends.images;
+        if joined.floor.is_none() {
+            for (edge, of) in self.from.edges.all.iter().enumerate() {
+                if both(source.parts[edge], receiver.parts[edge]).is_some() && lies_off(of, ends) {
+                    visit(Over::Edge(edge), [edge; 2]);
+                }
+            }
+        }
+        for pair in &joined.pairs {
+            let [first, last] = pair.edges;
+            if source.parts[first].is_some() && receiver.parts[last].is_some() {
+                visit(Over::Face(*pair), pair.edges);
+            }
+        }
+        let reflections = source.order() + receiver.order() + u32::from(joined.floor.is_some());
+        let bodies = ends.images.map(Image::mirrors_in_bodies).iter().sum::<usize>();
+        if reflections > IMAGES_OF_TWO || bodies > BODIES_OF_TWO {
+            return;
+        }
+        for &first in self.from.lit(from) {
+            for &last in joined.partners[first].iter().filter(|&&last| self.to.is_lit(to, last)) {
+                visit(Over::Two([first, last]), [first, last]);
+            }
+        }
+    }
+
+    fn ends<'a>(&self, source: &'a Image, receiver: &'a Image, joined: &'a Joined) -> Option<Ends<'a>> {
         let radiator = &self.at.radiator;
         let factors = source.factor.iter().zip(&receiver.factor).enumerate();
         let factor: Vec<f64> =
@@ -303,12 +297,10 @@ impl Search<'_> {
         if factor.iter().all(|&factor| factor <= 0.0) {
             return None;
         }
-        let place =
-            place(self.from.all[0].position, source, floor.map_or(&[], std::slice::from_ref), receiver);
+        let place = place(self.from.all[0].position, source, joined.floor.as_slice(), receiver);
         let is_visible = self.field.find(&place).is_some();
-        let beyond = floor.map_or(receiver.position, |floor| floor.image(receiver.position));
-        let straight = source.position.distance(beyond);
-        Some(Ends { images: [source, receiver], factor, straight, is_visible, place, floor })
+        let straight = source.position.distance(joined.image(receiver.position));
+        Some(Ends { images: [source, receiver], factor, straight, is_visible, place, joined })
     }
 
     /// Upper bounds of what a contribution adds per band by itself [1/m²], and by interference with an amplitude of 1 [1/m]: a quarter of the
@@ -320,17 +312,16 @@ impl Search<'_> {
         is_pair: bool,
     ) -> impl Iterator<Item = [f64; 2]> + 'a {
         let [from, to] = ends.images.map(|image| image.position);
-        let image = |point: DVec3| ends.floor.map_or(point, |floor| floor.image(point));
+        let image = |point: DVec3| ends.joined.image(point);
         let to = image(to);
-        let first = &edges[0].wedge;
-        let last = &ends.floor.map_or(edges[1].wedge, |_| edges[1].wedge.mirrored(image));
+        let [first, last] = &ends.joined.wedges(edges);
         // The same with both ends exchanged.
         let (near, far) = (nearest(first, from, to), nearest(last, from, to));
         let (before, behind) = (from.distance(near), far.distance(to));
         let length = before + near.distance(far) + behind;
         let excess = length - ends.straight;
         // Images in faces may be as near to their boundaries as they like: half of the field at most.
-        let in_faces = edges[0].faces.iter().chain(&edges[1].faces).filter(|_| ends.floor.is_none());
+        let in_faces = edges[0].faces.iter().chain(&edges[1].faces).filter(|_| ends.joined.floor.is_none());
         let least = in_faces.map(|face| length - face.image(from).distance(to)).fold(excess, f64::min);
         let shortest = first.length().min(last.length());
         let two = (!std::ptr::eq(edges[0], edges[1]))
@@ -341,7 +332,7 @@ impl Search<'_> {
                         edge.faces.iter().map(|face| before + behind - face.image(one).distance(other));
                     images.fold(before + behind - one.distance(other), f64::min)
                 };
-                [of(edges[0], before, apart, from, far), of(edges[1], apart, behind, near, to)]
+                [of(edges[0], before, apart, from, far), of(edges[1], apart, behind, image(near), image(to))]
             })
             .filter(|_| is_pair);
         let bands = self.from.edges.centres.iter().zip(self.at.attenuation).zip(&ends.factor);

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use glam::DVec3;
+use sonel_diffraction::Wedge;
 
 use super::RoomEdge;
 use super::bodies::Bodies;
@@ -25,7 +26,7 @@ pub(super) struct Pair {
 impl Pair {
     /// In the other direction.
     #[must_use]
-    pub(super) fn reversed(self) -> Self {
+    fn reversed(self) -> Self {
         let [one, other] = self.edges;
         let [first, second] = self.at_second;
         Self { edges: [other, one], at_second: [second, first] }
@@ -36,8 +37,7 @@ impl Pair {
 type Border = (usize, usize);
 
 /// All pairs of edges of convex faces.
-#[must_use]
-pub(super) fn pairs(edges: &[RoomEdge]) -> Vec<Pair> {
+fn pairs(edges: &[RoomEdge]) -> Vec<Pair> {
     let mut pairs: Vec<Pair> = Vec::new();
     for face in faces(edges).iter().filter(|face| is_convex(edges, face)) {
         if face.len() > 2 * PAIRS_PER_EDGE {
@@ -106,46 +106,68 @@ fn is_within(edges: &[RoomEdge], (border, face): Border, (other, _): Border) -> 
     ends(&edges[other]).into_iter().all(|end| (end - wedge.at(0.0)).dot(inward) >= -CORNER)
 }
 
-/// The edges that sound may pass after each edge, but those of one face with it: both have a part in front of one another.
+/// What sound may pass between two edges: nothing, or a floor that it meets.
+pub(super) struct Joined {
+    pub floor: Option<Mirror>,
+    /// Pairs of edges of faces, in either direction.
+    pub pairs: Vec<Pair>,
+    /// The other edges that sound may pass after each edge: both have a part in front of one another.
+    pub partners: Vec<Vec<usize>>,
+}
+
+impl Joined {
+    /// `point` as it is seen from the first edge.
+    pub(super) fn image(&self, point: DVec3) -> DVec3 {
+        self.floor.map_or(point, |floor| floor.image(point))
+    }
+
+    /// Both edges as they are seen from the first one.
+    pub(super) fn wedges(&self, [first, last]: [&RoomEdge; 2]) -> [Wedge; 2] {
+        [first.wedge, self.floor.map_or(last.wedge, |floor| last.wedge.mirrored(|point| floor.image(point)))]
+    }
+
+    /// Whether an edge has a part in front of another one.
+    fn shows(&self, one: &RoomEdge, other: &RoomEdge) -> bool {
+        let is_above = |end: DVec3| self.floor.is_none_or(|floor| floor.height(end) > CORNER);
+        ends(other)
+            .iter()
+            .any(|&end| is_above(end) && one.wedge.locate(self.image(end + other.off)).is_some())
+    }
+
+    /// With the partners of all edges, but for the pairs `of_faces`.
+    fn with_partners(mut self, edges: &[RoomEdge], of_faces: &HashSet<[usize; 2]>) -> Self {
+        let is_partner = |i: usize, j: usize| {
+            let [one, other] = [&edges[i], &edges[j]];
+            i != j && !of_faces.contains(&[i, j]) && self.shows(one, other) && self.shows(other, one)
+        };
+        let of = |i: usize| (0..edges.len()).filter(|&j| is_partner(i, j)).collect();
+        self.partners = (0..edges.len()).map(of).collect();
+        self
+    }
+}
+
+/// All that may be between two edges: nothing first, then each of the `floors`.
 #[must_use]
-pub(super) fn partners(edges: &[RoomEdge], pairs: &[Pair]) -> Vec<Vec<usize>> {
-    let of_faces: HashSet<[usize; 2]> =
-        pairs.iter().flat_map(|pair| [pair.edges, pair.reversed().edges]).collect();
-    let sees = |one: &RoomEdge, other: &RoomEdge| {
-        ends(other).iter().any(|end| one.wedge.locate(*end + other.off).is_some())
-    };
-    let is_partner = |i: usize, j: usize| {
-        let [one, other] = [&edges[i], &edges[j]];
-        i != j && !of_faces.contains(&[i, j]) && sees(one, other) && sees(other, one)
-    };
-    (0..edges.len()).map(|i| (0..edges.len()).filter(|&j| is_partner(i, j)).collect()).collect()
+pub(super) fn joined(edges: &[RoomEdge], bodies: &Bodies, floors: Vec<Mirror>) -> Vec<Joined> {
+    let pairs: Vec<Pair> = pairs(edges).into_iter().flat_map(|pair| [pair, pair.reversed()]).collect();
+    let of_faces: HashSet<[usize; 2]> = pairs.iter().map(|pair| pair.edges).collect();
+    let over = floors.into_iter().map(|floor| (Some(floor), over_floor(edges, &pairs, bodies, &floor)));
+    let all: Vec<_> = over.collect();
+    std::iter::once((None, pairs))
+        .chain(all)
+        .map(|(floor, pairs)| Joined { floor, pairs, partners: Vec::new() }.with_partners(edges, &of_faces))
+        .collect()
 }
 
 /// Pairs of edges of faces that stand on a floor: those of the face, and each edge with its own image.
-#[must_use]
-pub(super) fn over_floors(
-    edges: &[RoomEdge],
-    pairs: &[Pair],
-    bodies: &Bodies,
-    floors: &[Mirror],
-) -> Vec<(Pair, usize)> {
+fn over_floor(edges: &[RoomEdge], pairs: &[Pair], bodies: &Bodies, floor: &Mirror) -> Vec<Pair> {
     let with_itself =
         |index: usize| [false, true].map(|second| Pair { edges: [index; 2], at_second: [second; 2] });
     let of_sheet = |pair: &Pair| edges[pair.edges[0]].wedge.is_rim() && pair.at_second[0];
-    let all = pairs
-        .iter()
-        .flat_map(|pair| [*pair, pair.reversed()])
-        .chain((0..edges.len()).flat_map(with_itself).filter(|pair| !of_sheet(pair)));
-    let stands = |pair: &Pair, floor: &Mirror| {
+    let stands = |pair: &Pair| {
         let face = &edges[pair.edges[0]].faces[usize::from(pair.at_second[0])];
         face.is_across(floor) && bodies.stands_on(face.body, floor.plane)
     };
-    let on = |pair: Pair| {
-        floors
-            .iter()
-            .enumerate()
-            .filter(move |(_, floor)| stands(&pair, floor))
-            .map(move |(floor, _)| (pair, floor))
-    };
-    all.flat_map(on).collect()
+    let of_one = (0..edges.len()).flat_map(with_itself).filter(|pair| !of_sheet(pair));
+    pairs.iter().copied().chain(of_one).filter(stands).collect()
 }

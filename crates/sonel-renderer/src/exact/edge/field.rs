@@ -408,9 +408,8 @@ impl<'a> Field<'a> {
     fn visible(&self, wave: &VisibleWave) -> Wave {
         let amplitude = |cell: &Cell| {
             let energy = wave.factor[cell.band] * libm::exp(-self.attenuation[cell.band] * wave.length);
-            let mirrored: f64 =
-                wave.bodies.iter().map(|body| self.edges.bodies.described(*body, cell.k)).product();
-            Complex::real(energy.sqrt() / wave.length * mirrored)
+            let scattered = wave.bodies.iter().map(|body| self.edges.bodies.scattered(*body, cell.k));
+            scattered.fold(Complex::real(energy.sqrt() / wave.length), |product, factor| product * factor)
         };
         Wave { length: wave.length, amplitude: self.edges.spectrum.cells().iter().map(amplitude).collect() }
     }

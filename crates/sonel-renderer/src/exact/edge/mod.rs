@@ -22,7 +22,7 @@ mod waves;
 
 use glam::DVec3;
 use sonel_acoustics::Bands;
-use sonel_diffraction::{Spectrum, Wedge};
+use sonel_diffraction::{Complex, Spectrum, Wedge};
 use sonel_geometry::{End, Geometry, Side, SurfaceId};
 use sonel_map::{BandValues, CoefficientTable};
 
@@ -32,7 +32,7 @@ use crate::receiver::Sensitivity;
 use crate::rendering::EdgeWork;
 use bodies::Bodies;
 use contributions::Search;
-use faces::Pair;
+use faces::Joined;
 use field::Field;
 use mirror::Mirror;
 use waves::Waves;
@@ -50,13 +50,8 @@ const HAIR: f64 = 2.0;
 pub(crate) struct Edges {
     all: Vec<RoomEdge>,
     bodies: Bodies,
-    pairs: Vec<Pair>,
-    /// Edges that sound may pass after each, beside those of its faces.
-    partners: Vec<Vec<usize>>,
-    /// The walls that bodies stand on: with its mirror image in them a body is one.
-    floors: Vec<Mirror>,
-    /// Pairs of edges of a face and of its image, which join in a floor of this number.
-    over_floors: Vec<(Pair, usize)>,
+    /// What may be between two edges. Floors are the walls that bodies stand on: with its mirror image in them a body is one.
+    joined: Vec<Joined>,
     spectrum: Spectrum,
     /// Wave number in the middle of each band [1/m].
     centres: Vec<f64>,
@@ -131,20 +126,14 @@ impl Edges {
         let borders: Vec<(f64, f64)> = (0..bands.count()).map(|band| bands.edges(band)).collect();
         let spectrum = Spectrum::new(&borders, speed_of_sound);
         let centre = |(low, high): &(f64, f64)| std::f64::consts::TAU * (low * high).sqrt() / speed_of_sound;
-        let pairs = faces::pairs(&all);
-        let partners = faces::partners(&all, &pairs);
         let floors: Vec<Mirror> = bodies
             .floors()
             .into_iter()
             .map(|surface| Mirror::new(geometry, &bodies, (surface, Side::Front)))
             .collect();
-        let over_floors = faces::over_floors(&all, &pairs, &bodies, &floors);
         Some(Self {
+            joined: faces::joined(&all, &bodies, floors),
             bodies,
-            pairs,
-            partners,
-            over_floors,
-            floors,
             all,
             centres: borders.iter().map(centre).collect(),
             spectrum,
@@ -153,7 +142,7 @@ impl Edges {
 
     /// Whether a body is small beside the longest wave, so that some sound passes it.
     fn is_small(&self, body: u32) -> bool {
-        self.bodies.described(body, self.spectrum.smallest_k()) < 1.0
+        self.bodies.scattered(body, self.spectrum.smallest_k()) != Complex::real(1.0)
     }
 
     /// The wave `found` from a `source`, seen from the `receiver` [m], with its `energy` per band [1/m²].

@@ -42,7 +42,7 @@ struct ClearPath<'a> {
     /// Materials of the partitions that it passes, in ascending order.
     through: Vec<u32>,
     /// Amplitude by cell, of a source and a receiver that have no direction.
-    amplitude: Vec<f64>,
+    amplitude: Vec<Complex>,
     /// The way that it takes.
     route: Route,
     /// The floor between its edges.
@@ -86,8 +86,7 @@ impl<'a> Waves<'a> {
             let place = self.place(&path, &[]);
             let group = self.field.group(place, source.order());
             let length = path.route.way;
-            let amplitude =
-                path.amplitude.iter().map(|amplitude| Complex::real(amplitude / length)).collect();
+            let amplitude = path.amplitude.iter().map(|amplitude| *amplitude * (1.0 / length)).collect();
             self.field.add_straight(group, Wave { length, amplitude }, path.route);
         }
     }
@@ -136,15 +135,14 @@ impl<'a> Waves<'a> {
         let images = self.images(contribution);
         let parts = [images[0].parts[pair.edges[0]]?, images[1].parts[pair.edges[1]]?];
         // Behind a floor everything is mirrored in it.
-        let floor = contribution.floor.map(|floor| &all.floors[floor]);
-        let image = |point: DVec3| floor.map_or(point, |floor| floor.image(point));
-        let wedges = [both[0].wedge, floor.map_or(both[1].wedge, |_| both[1].wedge.mirrored(image))];
+        let joined = &all.joined[contribution.between];
+        let wedges = joined.wedges(both);
         let of = |edge: usize| FaceEdge {
             wedge: &wedges[edge],
             at_second: pair.at_second[edge],
             part: parts[edge],
         };
-        let displaced = [images[0].displaced, image(images[1].displaced)];
+        let displaced = [images[0].displaced, joined.image(images[1].displaced)];
         let points = [wedges[0].locate(displaced[0])?, wedges[1].locate(displaced[1])?];
         let crossings = crossings([of(0), of(1)], points);
         let places = [0, 1].map(|edge| inside(&both[edge].wedge, parts[edge], crossings[edge]));
@@ -155,7 +153,7 @@ impl<'a> Waves<'a> {
         let mut energy = vec![0.0; self.at.attenuation.len()];
         for (lead, terms) in face_path.leads().zip(&amplitudes) {
             let mut ends = images.map(|image| image.position);
-            ends[1 - lead.edge] = image(ends[1 - lead.edge]);
+            ends[1 - lead.edge] = joined.image(ends[1 - lead.edge]);
             let passed =
                 PassedEdge { edge: both[lead.edge], over: places[lead.edge], ends, points: lead.ends };
             let (sides, groups) = self.sides(&path, &[passed]);
@@ -176,19 +174,24 @@ impl<'a> Waves<'a> {
         let all = self.from.edges;
         let both = edges.map(|edge| &all.all[edge]);
         let images = self.images(contribution);
+        // Behind a floor everything is mirrored in it.
+        let joined = &all.joined[contribution.between];
+        let wedges = joined.wedges(both);
         let parts = [
-            PartOfEdge { wedge: &both[0].wedge, part: off_the_ends(images[0].parts[edges[0]]?) },
-            PartOfEdge { wedge: &both[1].wedge, part: off_the_ends(images[1].parts[edges[1]]?) },
+            PartOfEdge { wedge: &wedges[0], part: off_the_ends(images[0].parts[edges[0]]?) },
+            PartOfEdge { wedge: &wedges[1], part: off_the_ends(images[1].parts[edges[1]]?) },
         ];
-        let displaced = images.map(|image| image.displaced);
+        let displaced = [images[0].displaced, joined.image(images[1].displaced)];
         let way = PairWay::new(parts, displaced)?;
-        let places = way.places;
+        let places = [way.places[0], joined.image(way.places[1])];
         let path =
             self.clear(contribution, &both, &[0, 1].map(|edge| places[edge] + both[edge].off), places, None)?;
         let pair = EdgePair::new(parts, displaced, &way, all.spectrum.smallest_k())?;
         let passed = [0, 1].map(|edge| {
-            let mut ends = images.map(|image| image.position);
-            ends[1 - edge] = way.unfolded[edge];
+            let ends = match edge {
+                0 => [images[0].position, way.unfolded[0]],
+                _ => [joined.image(way.unfolded[1]), images[1].position],
+            };
             PassedEdge { edge: both[edge], over: places[edge], ends, points: pair.points()[edge] }
         });
         let (sides, groups) = self.sides(&path, &passed);
@@ -218,19 +221,20 @@ impl<'a> Waves<'a> {
         let own = bodies_of(from.mirrors.iter().chain(&to.mirrors), edges);
         let mut passed = self.from.sees(contribution.from, hairs[0], &own)?;
         passed.extend(self.to.sees(contribution.to, hairs[hairs.len() - 1], &own)?);
+        let floor = self.from.edges.joined[contribution.between].floor.as_ref();
+        let joins = |places: [DVec3; 2]| match floor {
+            Some(floor) => self.from.over(floor, places, &own),
+            None => self.from.between(places, &own),
+        };
         match (pair, hairs) {
             (Some(pair), _) => {
-                let floor = contribution.floor.map(|floor| &self.from.edges.floors[floor]);
                 let normal = edges[0].faces[usize::from(pair.at_second[0])].normal();
                 let hair = HAIR * f64::from(self.at.geometry.resolution()) * normal;
-                let along = |hair: DVec3| match floor {
-                    Some(floor) => self.from.over(floor, places.map(|place| place + hair), &own),
-                    None => self.from.between(places.map(|place| place + hair), &own),
-                };
+                let along = |hair: DVec3| joins(places.map(|place| place + hair));
                 let is_sheet = edges.iter().all(|edge| edge.wedge.is_rim());
                 passed.extend(along(hair).or_else(|| along(-hair).filter(|_| is_sheet))?);
             }
-            (None, &[first, last]) => passed.extend(self.from.between([first, last], &own)?),
+            (None, &[first, last]) => passed.extend(joins([first, last])?),
             (None, _) => {}
         }
         let passed = self.unless_sealed(passed)?;
@@ -238,8 +242,7 @@ impl<'a> Waves<'a> {
         over.sort_unstable();
         over.dedup();
         let mut path = self.clear_path([contribution.from, contribution.to], places, passed, &own, over);
-        path.floor = contribution.floor.map(|floor| &self.from.edges.floors[floor]);
-        if let Some(floor) = path.floor {
+        if let Some(floor) = floor {
             path.mirror_in(self, floor, places);
         }
         Some(path)
@@ -281,10 +284,10 @@ impl<'a> Waves<'a> {
         let through: Vec<f64> = self.at.attenuation.iter().enumerate().map(through).collect();
         let edges = self.from.edges;
         let amplitude = |cell: &Cell| {
-            let described = |body: &u32| edges.bodies.described(*body, cell.k);
-            let scattered: f64 = own.iter().map(described).product();
-            let left: f64 = passed.bodies.iter().map(|body| 1.0 - described(body)).product();
-            through[cell.band] * scattered * left
+            let scattered = |body: &u32| edges.bodies.scattered(*body, cell.k);
+            let left = |body: &u32| Complex::real(1.0) - scattered(body);
+            let all = own.iter().map(scattered).chain(passed.bodies.iter().map(left));
+            all.fold(Complex::real(through[cell.band]), |product, factor| product * factor)
         };
         let bands = 0..self.at.attenuation.len();
         let gain = bands.map(|band| (radiation.factor(band) * sensitivity).sqrt()).collect();
@@ -415,9 +418,10 @@ impl<'a> Waves<'a> {
     }
 }
 
-impl ClearPath<'_> {
+impl<'a> ClearPath<'a> {
     /// Takes the way between the `places` [m] over a floor.
-    fn mirror_in(&mut self, waves: &Waves<'_>, floor: &Mirror, [first, last]: [DVec3; 2]) {
+    fn mirror_in(&mut self, waves: &Waves<'a>, floor: &'a Mirror, [first, last]: [DVec3; 2]) {
+        self.floor = Some(floor);
         let longer = first.distance(floor.image(last)) - first.distance(last);
         self.route.way += longer;
         let mirrored = specular(waves.at.table, floor.surface, floor.image(last) - first);
@@ -427,7 +431,8 @@ impl ClearPath<'_> {
             .map(|(mirrored, m)| mirrored.sqrt() * libm::exp(-0.5 * m * longer))
             .collect();
         let cells = waves.from.edges.spectrum.cells();
-        self.amplitude.iter_mut().zip(cells).for_each(|(amplitude, cell)| *amplitude *= bands[cell.band]);
+        let heard = self.amplitude.iter().zip(cells).map(|(amplitude, cell)| *amplitude * bands[cell.band]);
+        self.amplitude = heard.collect();
     }
 
     /// Amplitudes of a wave, one a cell, with what the way takes of them [1/m].
