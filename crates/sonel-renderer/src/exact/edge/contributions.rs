@@ -31,7 +31,7 @@ const BODIES_OF_TWO: usize = 1;
 /// A contribution is computed where its bound is this share of a band's energy, 0.03 dB: so little an image source may step where an edge that is
 /// left out cuts it off. Over hidden direct sound it is the share of its loudest one.
 const LEAST: f64 = 0.007;
-/// Share of its bound by which a path over two different edges ranks: four times less is left out of others.
+/// Share of its bound by which a path over two edges ranks: four times less is left out of others.
 const OF_TWO: f64 = 0.25;
 /// Fainter contributions are computed while those left out are expected to bring this share of a band's energy, 0.3 dB.
 const AUDIBLE: f64 = 0.07;
@@ -207,8 +207,8 @@ impl Search<'_> {
             let whole = &whole[usize::from(is_direct(one))];
             let bounds = bounds[number * bands..][..bands].iter().zip(whole);
             let share = bounds.map(|(bound, whole)| (bound[0] + bound[1]) / whole).fold(0.0, f64::max);
-            // An edge cuts an image source off; what two different edges leave out is smaller and costs more.
-            if matches!(one.over, Over::Two(_)) { OF_TWO * share } else { share }
+            // An edge cuts an image source off; what two leave out is smaller and costs more.
+            if matches!(one.over, Over::Edge(_)) { share } else { OF_TWO * share }
         };
         let mut weighed: Vec<(f64, (Contribution, usize))> =
             contributions.into_iter().map(|one| (weigh(&one), one)).collect();
@@ -341,7 +341,8 @@ impl Search<'_> {
             let zone = TAU / k * before * behind / length;
             // Next to its boundary a wave comes from a shorter part of the edge.
             let short = (shortest * shortest / (zone * number.min(1.0)).max(f64::MIN_POSITIVE)).min(1.0);
-            let air = libm::exp(-m * length);
+            // An upper bound of exp(−m length).
+            let air = 1.0 / (1.0 + m * length);
             let mut energy = factor * air * short / ((4.0 + 20.0 * number) * length * length);
             if let Some([one, other]) = two {
                 let of = |excess: f64| 1.0 / (4.0 + 20.0 * excess.max(0.0) * k / PI);

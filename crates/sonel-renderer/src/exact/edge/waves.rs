@@ -82,7 +82,7 @@ impl<'a> Waves<'a> {
                 continue;
             }
             let receiver = self.at.receiver;
-            let path = self.clear_path([image, 0], [receiver; 2], passed, &own, Vec::new());
+            let path = self.clear_path([image, 0], [receiver; 2], passed, &own);
             let place = self.place(&path, &[]);
             let group = self.field.group(place, source.order());
             let length = path.route.way;
@@ -238,10 +238,9 @@ impl<'a> Waves<'a> {
             (None, _) => {}
         }
         let passed = self.unless_sealed(passed)?;
-        let mut over: Vec<u32> = edges.iter().map(|edge| edge.body()).collect();
-        over.sort_unstable();
-        over.dedup();
-        let mut path = self.clear_path([contribution.from, contribution.to], places, passed, &own, over);
+        let mut path = self.clear_path([contribution.from, contribution.to], places, passed, &own);
+        let body = edges[0].body();
+        path.route.is_over_several = edges.iter().any(|edge| edge.body() != body);
         if let Some(floor) = floor {
             path.mirror_in(self, floor, places);
         }
@@ -260,7 +259,6 @@ impl<'a> Waves<'a> {
         [first, last]: [DVec3; 2],
         passed: Passed,
         own: &[u32],
-        over: Vec<u32>,
     ) -> ClearPath<'a> {
         let (ours, theirs) = (self.from, self.to);
         let [from, to] = [&ours.all[images[0]], &theirs.all[images[1]]];
@@ -294,7 +292,7 @@ impl<'a> Waves<'a> {
         ClearPath {
             images: [from, to],
             amplitude: edges.spectrum.cells().iter().map(amplitude).collect(),
-            route: Route { gain, way, towards, visible: None, over },
+            route: Route { gain, way, towards, visible: None, is_over_several: false },
             through: passed.through,
             floor: None,
         }
