@@ -1,11 +1,12 @@
 //! Scenes from trivial to hard, each an occasion for effects or for leaving them out, and what `auto` makes of them.
 
 use glam::{DVec3, dvec3};
+use sonel::InMemory;
 use sonel::study::effects::{Decision, EffectSpec, decide, states};
-use sonel::study::pipeline::{InMemory, Rendered, Room, render_and_read};
+use sonel::study::pipeline::{Room, render_and_read};
 use sonel::study::response::receivers_of;
 use sonel_acoustics::{Air, BandWidth, Bands, Material, Pattern};
-use sonel_analysis::{Parameter, ParameterValue};
+use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_console::Stopwatch;
 use sonel_geometry::Mesh;
 use sonel_map::{Mode, Settings};
@@ -54,7 +55,7 @@ pub fn promised(decisions: &[Decision], others: &[Decision]) -> Vec<(f64, f64)> 
 /// A scene traced and heard.
 pub struct Run {
     /// What was heard.
-    pub rendered: Rendered,
+    pub parameters: Vec<ReceiverParameters>,
     /// What was decided.
     pub decisions: Vec<Decision>,
     /// CPU seconds of both passes, without those of the decision.
@@ -68,14 +69,15 @@ pub fn run(scene: &Scene, spec: &str, emissions: u64) -> Run {
     let geometry = scene.geometry().expect("walls");
     let spec: EffectSpec = spec.parse().expect("a specification");
     let decisions = decide(&spec, Mode::Accurate, &mut scene, &geometry);
-    let room = Room::within(&scene, geometry, states(&decisions, Mode::Accurate));
+    let states = states(&decisions, Mode::Accurate);
+    let room = Room::within(&scene, &geometry, &states);
     let settings = Settings { emissions, seed: 7, ..Settings::default() };
     let clock = Stopwatch::start();
     let traced = room.trace(settings, &mut InMemory, &clock).expect("a run");
     let render = RenderSettings { rays: Some(4096), edges: spec.diffracts(), ..RenderSettings::default() };
-    let rendered =
-        render_and_read(&traced.map, room.geometry(), &receivers_of(&scene), &render, &clock).expect("a run");
-    Run { seconds: traced.seconds.total() + rendered.seconds.total(), rendered, decisions }
+    let (rendered, parameters) =
+        render_and_read(&traced.map, &geometry, &receivers_of(&scene), &render, &clock).expect("a run");
+    Run { seconds: traced.seconds.total() + rendered.seconds.total(), parameters, decisions }
 }
 
 /// `auto` against `other` in the same packets.
@@ -85,7 +87,7 @@ pub fn against(scene: &Scene, other: &str, emissions: u64) -> Outcome {
     let bands = scene.bands.count();
     let change = |parameter: Parameter, change: fn(f64, f64) -> f64| -> Vec<f64> {
         let mut largest = vec![0.0_f64; bands];
-        for (one, other) in auto.rendered.parameters.iter().zip(&other.rendered.parameters) {
+        for (one, other) in auto.parameters.iter().zip(&other.parameters) {
             for (band, (one, other)) in one.bands.iter().zip(&other.bands).enumerate() {
                 let found = changed(one.parameter(parameter), other.parameter(parameter), change);
                 largest[band] = largest[band].max(found);

@@ -21,9 +21,10 @@ pub mod wrong_levels;
 
 use std::path::Path;
 
-use sonel::study::pipeline::{self, Clock, InMemory, NoClock, Rendered, TracedMap};
+use sonel::study::pipeline::{self, TracedMap};
 use sonel::study::response::receivers_of;
 use sonel::study::sensitivity::VariedMap;
+use sonel::{InMemory, Silent};
 use sonel_analysis::map_comparison;
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
@@ -84,8 +85,7 @@ impl Traced {
         let geometry = scene.geometry().expect("a sound mesh");
         let header = pipeline::whole_run(&scene, effects, settings);
         let TracedMap { map, ledger, .. } =
-            pipeline::trace(&header, &geometry, None, &mut InMemory, &NoClock, &mut |_| {})
-                .expect("a tight room");
+            pipeline::trace(&header, &geometry, None, &mut InMemory, &Silent).expect("a tight room");
         Self { geometry, map, ledger, edges: false }
     }
 
@@ -108,28 +108,22 @@ impl Traced {
     pub fn render_with(&self, settings: RenderSettings, borders: &[Vec<f64>]) -> (Rendering, Vec<f64>) {
         let receivers = receivers_of(self.scene());
         let renderer = self.renderer(settings);
-        let rendering = renderer.render(0, &receivers, borders, &mut |_| {}).expect("sound receivers");
+        let rendering = renderer.render(0, &receivers, borders).expect("sound receivers");
         (rendering, renderer.bins().edges())
     }
 
     /// Renders all sources at the scene's receivers into a response, as `sonel-render` would.
     #[must_use]
     pub fn respond(&self, settings: RenderSettings) -> Response {
-        self.render_and_read(&settings, &NoClock).response
+        let (receivers, settings) = (receivers_of(self.scene()), self.fitted(&settings));
+        let rendered = pipeline::render_and_read(&self.map, &self.geometry, &receivers, &settings, &Silent);
+        rendered.expect("sound receivers").0.response
     }
 
     /// A renderer of the map, with edges where they diffract.
     #[must_use]
     pub fn renderer(&self, settings: RenderSettings) -> Renderer<'_> {
         Renderer::new(&self.map, &self.geometry, self.fitted(&settings)).expect("a valid map")
-    }
-
-    /// Renders all sources at the scene's receivers and reads the parameters.
-    #[must_use]
-    pub fn render_and_read(&self, settings: &RenderSettings, clock: &dyn Clock) -> Rendered {
-        let (receivers, settings) = (receivers_of(self.scene()), self.fitted(settings));
-        pipeline::render_and_read(&self.map, &self.geometry, &receivers, &settings, clock)
-            .expect("sound receivers")
     }
 
     /// The map, to be varied at `receivers`.

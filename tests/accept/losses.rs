@@ -11,7 +11,7 @@ fn no_packet_slips_out_of_a_shipped_room() {
         let geometry = scene.geometry().unwrap();
         let settings = Settings { emissions, ..Settings::default() };
         let ledger = Tracer::new(&scene, &geometry, settings)
-            .run(ShardRange::WHOLE, |_| Ok::<(), std::convert::Infallible>(()))
+            .run(ShardRange::WHOLE, |_| Ok::<(), sonel_tracer::TraceError>(()))
             .unwrap();
         println!("{name}: {} segments, residual {:.1e}", ledger.segments, ledger.worst_residual());
         assert!(ledger.segments >= 10_000_000, "{name}: {} segments", ledger.segments);

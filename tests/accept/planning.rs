@@ -1,11 +1,12 @@
 //! What a pilot predicts of error and time comes true within a factor of 1.5 in nine of ten scenes.
 
 use glam::dvec3;
+use sonel::study::effort::Effort;
 use sonel::study::evaluation_receivers::evaluation_receivers;
-use sonel::study::forecast::Effort;
 use sonel::study::pilot::{self, PilotConfig};
-use sonel::study::pipeline::{Clock, InMemory, Room, render_and_read};
+use sonel::study::pipeline::{Room, render_and_read};
 use sonel::study::spread::{PLANNED, readings};
+use sonel::{Clock, InMemory};
 use sonel_acoustics::{Bands, Material};
 use sonel_console::Stopwatch;
 use sonel_geometry::Mesh;
@@ -122,7 +123,8 @@ impl Record {
 
 /// What was predicted and found of every parameter in one run in `scene`, and of CPU seconds.
 fn compare(name: &str, scene: &Scene) -> Record {
-    let room = Room::within(scene, scene.geometry().expect("walls"), Vec::new());
+    let geometry = scene.geometry().expect("walls");
+    let room = Room::within(scene, &geometry, &[]);
     let receivers = evaluation_receivers(scene, room.geometry());
     let trace = Settings { emissions: EMISSIONS, ..Settings::default() };
     let effort = Effort::of_trace(EMISSIONS, trace.batches);
@@ -140,9 +142,10 @@ fn compare(name: &str, scene: &Scene) -> Record {
     let spent = clock.process();
     let traced = room.trace(trace, &mut InMemory, &clock).expect("a run");
     let render = RenderSettings::default();
-    let rendered = render_and_read(&traced.map, room.geometry(), &receivers, &render, &clock).expect("a run");
+    let (rendered, parameters) =
+        render_and_read(&traced.map, &geometry, &receivers, &render, &clock).expect("a run");
     let mut record = Record::default();
-    for (spread, found) in pilot.spreads.iter().zip(readings(&rendered.parameters, &PLANNED)) {
+    for (spread, found) in pilot.spreads.iter().zip(readings(&parameters, &PLANNED)) {
         let (Ok(predicted), Ok([low, high])) =
             (pilot.half_width(spread, effort), pilot.range(spread, effort))
         else {

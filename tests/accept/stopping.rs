@@ -2,11 +2,12 @@
 //!
 //! The runs begin with fewer packets than planned, so that they take more iterations than `sonel-trace --until` does.
 
-use sonel::study::pipeline::{InMemory, NoClock, Room, render_and_read};
+use sonel::study::pipeline::{Room, render_and_read};
 use sonel::study::response::receivers_of;
 use sonel::study::spread::readings;
 use sonel::study::target::Targets;
 use sonel::study::until::Verdict;
+use sonel::{InMemory, Silent};
 use sonel_analysis::Parameter;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
@@ -21,18 +22,19 @@ const BAND: usize = 1;
 
 /// Values and half-widths of the parameters when the run stops, and how often it was looked at.
 fn stopped(scene: &Scene, targets: &Targets, seed: u64) -> ([(f64, f64); FIGURES.len()], u32) {
-    let room = Room::within(scene, scene.geometry().expect("walls"), Vec::new());
+    let geometry = scene.geometry().expect("walls");
+    let room = Room::within(scene, &geometry, &[]);
     let receivers = receivers_of(scene);
     let mut emissions = FIRST;
     for iterations in 1.. {
         let trace = Settings { emissions, seed, ..Settings::default() };
-        let map = room.trace(trace, &mut InMemory, &NoClock).expect("a run").map;
+        let map = room.trace(trace, &mut InMemory, &Silent).expect("a run").map;
         let render = RenderSettings::default();
-        let rendered = render_and_read(&map, room.geometry(), &receivers, &render, &NoClock).expect("a run");
-        let found = readings(&rendered.parameters, &targets.parameters());
+        let (_, parameters) = render_and_read(&map, &geometry, &receivers, &render, &Silent).expect("a run");
+        let found = readings(&parameters, &targets.parameters());
         let verdict = Verdict::new(&found, targets);
         if verdict.is_reached() {
-            let band = &rendered.parameters[0].bands[BAND];
+            let band = &parameters[0].bands[BAND];
             let parameters = FIGURES.map(|parameter| {
                 let estimate = band.parameter(parameter).as_ref().expect("a supported figure");
                 let [low, high] = *estimate.interval.as_ref().expect("an interval");

@@ -29,7 +29,7 @@ fn render(traced: &Traced, receivers: &[ReceiverPoint], estimator: Estimator) ->
     };
     let renderer = traced.renderer(settings);
     let borders = vec![vec![0.0, traced.map.header().scene.duration]; receivers.len()];
-    renderer.render(0, receivers, &borders, &mut |_| {}).expect("sound receivers")
+    renderer.render(0, receivers, &borders).expect("sound receivers")
 }
 
 /// Energy of everything that has noise in the middle of the walk, per band [1/m²].

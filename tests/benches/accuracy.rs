@@ -7,7 +7,8 @@
 #![allow(clippy::print_stdout)] // a benchmark reports to whoever runs it
 
 use glam::DVec3;
-use sonel::study::pipeline::{InMemory, Room, render_and_read};
+use sonel::InMemory;
+use sonel::study::pipeline::{Room, render_and_read};
 use sonel::study::response::receivers_of;
 use sonel_analysis::Parameter;
 use sonel_console::Stopwatch;
@@ -91,7 +92,8 @@ fn case(name: &str, scene: &Scene, emissions: u64) {
     if chosen.peek().is_some() && !chosen.any(|word| name.starts_with(&word)) {
         return;
     }
-    let room = Room::within(scene, scene.geometry().expect("a sound mesh"), Vec::new());
+    let geometry = scene.geometry().expect("a sound mesh");
+    let room = Room::within(scene, &geometry, &[]);
     let receivers = receivers_of(scene);
     let (mut levels, mut times, mut seconds) = (Vec::new(), Vec::new(), 0.0);
     let seeds = SEEDS[usize::from(receivers.len() >= 100)];
@@ -100,10 +102,9 @@ fn case(name: &str, scene: &Scene, emissions: u64) {
         let clock = Stopwatch::start();
         let traced = room.trace(trace, &mut InMemory, &clock).expect("a tight room");
         let render = RenderSettings::default();
-        let rendered = render_and_read(&traced.map, room.geometry(), &receivers, &render, &clock)
+        let (rendered, parameters) = render_and_read(&traced.map, &geometry, &receivers, &render, &clock)
             .expect("receivers within the room");
         seconds += (traced.seconds.total() + rendered.seconds.total()) / seeds as f64;
-        let parameters = rendered.parameters;
         let bands = || parameters.iter().flat_map(|receiver| &receiver.bands);
         let values = |parameter| -> Vec<f64> {
             bands().map(|band| band.parameter(parameter).as_ref().map_or(f64::NAN, |e| e.value)).collect()

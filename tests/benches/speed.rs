@@ -64,7 +64,7 @@ fn measure_what_if() {
     let (receivers, both) = (receivers_of(&scene), [Coefficient::Absorption, Coefficient::Scattering]);
     let render = RenderSettings::default();
     let all = cpu_seconds(|| {
-        let found = traced.varied(&receivers, render).vary(&both, &mut |_, _| {});
+        let found = traced.varied(&receivers, render).vary(&both, &sonel::Silent);
         black_box(found.expect("a valid map").sensitivities(&wanted));
     });
     let mut materials = scene.materials.clone();
@@ -104,7 +104,7 @@ fn measure_edges_alone(name: &str, count: usize, allowed: f64) {
         let renderer = traced.renderer(settings);
         let borders = vec![vec![0.0, scene.duration]; receivers.len()];
         let start = ProcessTime::now();
-        let rendering = renderer.render(0, &receivers, &borders, &mut |_| {}).expect("sound receivers");
+        let rendering = renderer.render(0, &receivers, &borders).expect("sound receivers");
         (start.elapsed().as_secs_f64(), rendering)
     };
     let ((with, rendering), (without, _)) = (render(&["diffraction"]), render(&[]));
@@ -146,7 +146,7 @@ fn measure(scene: Scene) {
         sonel_tracer::Tracer::new(&scene, &geometry, settings)
             .run(sonel_map::ShardRange::WHOLE, |chunk| {
                 black_box(&chunk);
-                Ok::<(), std::convert::Infallible>(())
+                Ok::<(), sonel_tracer::TraceError>(())
             })
             .expect("a tight room")
             .segments
@@ -201,7 +201,9 @@ fn measure_writing(scene: &Scene, geometry: &Geometry, settings: Settings) {
         let mut writer = MapWriter::begin(file).expect("a disk with room");
         tracer
             .run(sonel_map::ShardRange::WHOLE, |chunk| {
-                writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.ledger)
+                let pushed =
+                    writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.ledger);
+                pushed.map_err(sonel::Error::from)
             })
             .expect("a tight room")
     };
@@ -209,7 +211,7 @@ fn measure_writing(scene: &Scene, geometry: &Geometry, settings: Settings) {
         tracer
             .run(sonel_map::ShardRange::WHOLE, |chunk| {
                 black_box(&chunk);
-                Ok::<(), std::convert::Infallible>(())
+                Ok::<(), sonel_tracer::TraceError>(())
             })
             .expect("a tight room")
     };
@@ -236,7 +238,7 @@ fn measure_connections(traced: &Traced, count: usize) {
     let renderer = traced.renderer(settings);
     let borders = vec![vec![0.0, scene.duration]; count];
     let shadows = shadow_rays(traced, &receivers);
-    let render = || renderer.render(0, &receivers, &borders, &mut |_| {}).expect("sound receivers");
+    let render = || renderer.render(0, &receivers, &borders).expect("sound receivers");
     let cast = || shadows.iter().filter(|(from, to)| traced.geometry.is_blocked(*from, *to)).count();
     let (render_time, shadow_time, _) = in_turn(render, cast);
     let rate = |count: usize, time: Duration| count as f64 / time.as_secs_f64() / 1e6;

@@ -36,7 +36,7 @@ fn main() {
         let settings = Settings { emissions: 5_000, ..Settings::default() };
         let start = ProcessTime::now();
         let segments = sonel_tracer::Tracer::new(&scene, &geometry, settings)
-            .run(sonel_map::ShardRange::WHOLE, |_| Ok::<(), std::convert::Infallible>(()))
+            .run(sonel_map::ShardRange::WHOLE, |_| Ok::<(), sonel_tracer::TraceError>(()))
             .expect("a tight room")
             .segments;
         let trace = start.elapsed().as_secs_f64();

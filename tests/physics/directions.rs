@@ -53,10 +53,10 @@ fn received(traced: &Traced, estimator: Estimator, pattern: Pattern, aim: DVec3)
     let receiver = Receiver { name: "pattern".to_owned(), position, aim, pattern };
     let settings = RenderSettings { directions: false, edges: traced.edges, ..with_directions(estimator) };
     let receivers = [(&receiver).into()];
-    let clock = &sonel::study::pipeline::NoClock;
+    let silent = &sonel::Silent;
     let received =
-        sonel::study::pipeline::render_and_read(&traced.map, &traced.geometry, &receivers, &settings, clock);
-    received.expect("a sound receiver").response.echogram(0, 0, 0).iter().sum()
+        sonel::study::pipeline::render_and_read(&traced.map, &traced.geometry, &receivers, &settings, silent);
+    received.expect("a sound receiver").0.response.echogram(0, 0, 0).iter().sum()
 }
 
 /// A parameter of eight along the lateral axis takes the lateral energy, and cardioids along an axis and against it, ((1 + c)² − (1 − c)²)/4 = c,

@@ -88,7 +88,7 @@ impl Field {
         let at = |&position: &DVec3| {
             let receiver = ReceiverPoint { position, ..self.ear.clone() };
             let borders = [vec![0.0, DURATION]];
-            let rendering = renderer.render(0, &[receiver], &borders, &mut |_| {}).expect("a sound receiver");
+            let rendering = renderer.render(0, &[receiver], &borders).expect("a sound receiver");
             let classes = [PathClass::Direct, PathClass::ImageSource, PathClass::Edge];
             let energy = |band| classes.iter().map(|&c| rendering.classes[c as usize].1[band]).sum();
             std::array::from_fn(energy)

@@ -32,7 +32,7 @@ pub(super) fn arrivals(field: &Field, place: DVec3) -> Vec<DiscreteArrival> {
         RenderSettings { mirror_order: Some(field.order), rays: Some(512), ..RenderSettings::default() };
     let renderer = field.traced.renderer(settings);
     let receiver = ReceiverPoint { position: place, ..field.ear.clone() };
-    let rendering = renderer.render(0, &[receiver], &[vec![0.0, 0.3]], &mut |_| {});
+    let rendering = renderer.render(0, &[receiver], &[vec![0.0, 0.3]]);
     rendering.expect("a sound receiver").arrivals
 }
 

@@ -259,7 +259,7 @@ fn derivatives_are_those_of_fresh_traces() {
     let receivers = receivers_of(&scene);
     let (mut varied, both) =
         (traced.varied(&receivers, few_rays()), [Coefficient::Absorption, Coefficient::Scattering]);
-    let found = varied.vary(&both, &mut |_, _| ()).expect("a valid map").sensitivities(&wanted);
+    let found = varied.vary(&both, &sonel::Silent).expect("a valid map").sensitivities(&wanted);
     for (coefficient, change) in [(Coefficient::Absorption, 0.03), (Coefficient::Scattering, 0.1)] {
         let varied = |by: f64, seed: u64| {
             let mut scene = scene.clone();

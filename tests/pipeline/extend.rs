@@ -138,7 +138,8 @@ fn traced_by(folder: &TestFolder, version: String) -> Result<(), Box<dyn std::er
     let geometry = header.scene.geometry()?;
     let mut writer = MapWriter::begin(Cursor::new(Vec::new()))?;
     let sink = |chunk: TracedChunk| {
-        writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.ledger)
+        let pushed = writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.ledger);
+        pushed.map_err(sonel::Error::from)
     };
     Tracer::of(&header, &geometry).run(ShardRange::WHOLE, sink)?;
     folder.write("a.sonelmap", writer.finish(&header, &geometry)?.into_inner());

@@ -3,8 +3,10 @@
 use std::sync::Mutex;
 
 use sonel::study::effects::{EffectSpec, decide, states};
-use sonel::study::pipeline::{Clock, InMemory, NoClock, Rendered, Room, TracedMap, render_and_read};
+use sonel::study::pipeline::{RenderedMap, Room, TracedMap, render_and_read};
 use sonel::study::response::receivers_of;
+use sonel::{Clock, InMemory, Observer, Silent};
+use sonel_analysis::ReceiverParameters;
 use sonel_map::{Mode, Settings, SonelMap, Vertex};
 use sonel_renderer::RenderSettings;
 use sonel_testkit::test_folder::TestFolder;
@@ -14,10 +16,11 @@ use crate::{render, response, test_folder, trace};
 /// A map and its rendering.
 struct Run {
     traced: TracedMap,
-    rendered: Rendered,
+    rendered: RenderedMap,
+    parameters: Vec<ReceiverParameters>,
 }
 
-fn run(folder: &TestFolder, emissions: u64, clock: &dyn Clock) -> Run {
+fn run(folder: &TestFolder, emissions: u64, observer: &dyn Observer) -> Run {
     let text = String::from_utf8(folder.bytes("scene.toml")).expect("text");
     let loaded =
         sonel_scene::load(&text, "scene.toml", &mut |_| unreachable!("a shoebox")).expect("a valid scene");
@@ -26,12 +29,12 @@ fn run(folder: &TestFolder, emissions: u64, clock: &dyn Clock) -> Run {
     let decisions = decide(&EffectSpec::default(), Mode::Accurate, &mut scene, &geometry);
     let effects = states(&decisions, Mode::Accurate);
     let settings = Settings { emissions, ..Settings::default() };
-    let room = Room::within(&scene, geometry, effects);
-    let traced = room.trace(settings, &mut InMemory, clock).expect("a tight room");
+    let room = Room::within(&scene, &geometry, &effects);
+    let traced = room.trace(settings, &mut InMemory, observer).expect("a tight room");
     let (receivers, render) = (receivers_of(&scene), RenderSettings::default());
-    let rendered =
-        render_and_read(&traced.map, room.geometry(), &receivers, &render, clock).expect("a rendering");
-    Run { traced, rendered }
+    let (rendered, parameters) =
+        render_and_read(&traced.map, &geometry, &receivers, &render, observer).expect("a rendering");
+    Run { traced, rendered, parameters }
 }
 
 #[test]
@@ -39,7 +42,7 @@ fn a_trial_traces_and_hears_what_the_programs_do() {
     let folder = test_folder();
     trace(&folder, "a.sonelmap", &["--packets", "1k"]).unwrap();
     render(&folder, "a.sonelmap", "a.npz", &[]).unwrap();
-    let run = run(&folder, 1000, &NoClock);
+    let run = run(&folder, 1000, &Silent);
     let map = SonelMap::from_bytes(&folder.bytes("a.sonelmap")).unwrap();
     let paths = |map: &SonelMap| -> Vec<Vec<Vertex>> {
         (0..1000).map(|emission| map.path(0, emission).expect("a whole map").vertices.to_vec()).collect()
@@ -51,14 +54,19 @@ fn a_trial_traces_and_hears_what_the_programs_do() {
         (&map.header().effects, &map.header().scene)
     );
     let written = response(&folder, "a.npz");
-    assert!(run.rendered.response.energy == written.energy);
-    assert!(run.rendered.response.batches == written.batches);
-    assert!(run.rendered.parameters == sonel_analysis::parameters(&written));
+    assert!(run.rendered.response == written);
+    assert!(run.parameters == sonel_analysis::parameters(&written));
 }
 
 /// A clock that goes on by a second whenever the process asks for the time, and by a tenth when a thread does.
 #[derive(Default)]
 struct Counting(Mutex<(f64, f64)>);
+
+impl Observer for Counting {
+    fn clock(&self) -> Option<&dyn Clock> {
+        Some(self)
+    }
+}
 
 impl Clock for Counting {
     fn wall(&self) -> f64 {
@@ -91,8 +99,8 @@ fn every_second_of_a_trial_is_in_one_phase() {
             .iter()
             .all(|&s| s > 0.0)
     );
-    // 32 batches, one receiver.
-    assert!((received.sweep - 32.0).abs() < 1e-9, "{received:?}");
+    // One source, one part of the receivers.
+    assert!((received.sweep - 1.0).abs() < 1e-9, "{received:?}");
     let asked = clock.process();
     let all = traced.total() + received.total();
     assert!(all <= asked && all > 0.5 * asked, "{all} of {asked}");

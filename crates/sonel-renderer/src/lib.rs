@@ -54,6 +54,8 @@ pub use path_class::PathClass;
 pub use receiver::{ReceiverPoint, Sensitivity};
 pub use regions::straight_length;
 pub use render::batch::BATCHES_IN_FLIGHT;
-pub use render::{BatchSums, Preparation, RAYS_IN_FLIGHT, RECEIVERS_IN_FLIGHT, Renderer, is_at_source};
+pub use render::{
+    BatchSums, Preparation, Progress, RAYS_IN_FLIGHT, RECEIVERS_IN_FLIGHT, Renderer, is_at_source,
+};
 pub use rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
 pub use settings::{Air, Estimator, MOST_RAYS, RenderSettings};

@@ -16,6 +16,9 @@ impl From<hound::Error> for SoundError {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SoundError {
+    /// The work was broken off between two steps.
+    #[error("stopped")]
+    Stopped,
     /// A listed arrival is not part of the echogram.
     #[error(
         "the arrival at {time_s:.6} s at receiver \"{receiver}\" has more energy than its bin of the echogram; render the response again"

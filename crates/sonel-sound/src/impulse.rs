@@ -8,6 +8,7 @@
 //! 16 kHz. So it is made at the rate that is wanted; bands above half of it are left out.
 
 use std::borrow::Cow;
+use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
 use glam::DVec3;
@@ -80,9 +81,11 @@ pub struct Synthesizer<'a> {
     waves: Vec<OnceLock<Vec<PlaneWave>>>,
     pub(crate) table: Table,
     pub(crate) transform: Transform,
-    /// Called between small steps of the work.
-    pub(crate) step: &'a (dyn Fn() + Sync),
+    step: Step<'a>,
 }
+
+/// Says between small steps of the work whether to go on.
+pub type Step<'a> = &'a (dyn Fn() -> ControlFlow<()> + Sync);
 
 impl<'a> Synthesizer<'a> {
     /// For all sources and receivers of a `response`.
@@ -98,14 +101,18 @@ impl<'a> Synthesizer<'a> {
         let waves = vec![OnceLock::new(); response.sources()];
         let transform = Transform::new(length);
         let table = Table::new();
-        let step = &|| ();
+        let step = &|| ControlFlow::Continue(());
         Self { response, settings, samples, padding, crossover, waves, table, transform, step }
     }
 
-    /// Calls `step` many times a second. It stops the work by unwinding.
+    /// Calls `step` many times a second; its break ends the work with [`SoundError::Stopped`].
     #[must_use]
-    pub fn with_step(self, step: &'a (dyn Fn() + Sync)) -> Self {
+    pub fn with_step(self, step: Step<'a>) -> Self {
         Self { step, ..self }
+    }
+
+    pub(crate) fn go_on(&self) -> Result<(), SoundError> {
+        if (self.step)().is_break() { Err(SoundError::Stopped) } else { Ok(()) }
     }
 
     /// Pressure of source `s` at receiver `r` relative to a free field at 1 m, from the emission to the end of the echogram.
@@ -114,7 +121,7 @@ impl<'a> Synthesizer<'a> {
     /// When listed arrivals are not part of the echogram.
     pub fn impulse_response(&self, s: usize, r: usize) -> Result<Vec<f32>, SoundError> {
         let pulses = self.pulses((s, r))?;
-        Ok(self.filtered(&pulses, |_| Filter::gain(&1.0)))
+        self.filtered(&pulses, |_| Filter::gain(&1.0))
     }
 
     /// The same at every microphone of an array about the receiver. Late sound of a response with directions reaches them from those.
@@ -126,7 +133,7 @@ impl<'a> Synthesizer<'a> {
         let pulses = self.pulses((s, r))?;
         let of_microphone = |microphone: &Microphone| {
             let pulses = microphones::displaced(&pulses, microphone, self.response.speed_of_sound)?;
-            Ok(self.filtered(&pulses, |_| Filter::gain(&1.0)))
+            self.filtered(&pulses, |_| Filter::gain(&1.0))
         };
         array.iter().map(of_microphone).collect()
     }
@@ -144,9 +151,9 @@ impl<'a> Synthesizer<'a> {
     ) -> Result<Vec<Vec<f32>>, SoundError> {
         let (pulses, frame) = self.directed_pulses((s, r), up)?;
         let gains: Vec<Vec<f64>> = pulses.direction.iter().map(|u| frame.gains(order, *u)).collect();
-        Ok((0..channels(order))
+        (0..channels(order))
             .map(|channel| self.filtered(&pulses, |pulse| Filter::gain(&gains[pulse][channel])))
-            .collect())
+            .collect()
     }
 
     /// The same at the left and the right ear of a `head` that looks to the front, with `up` a unit vector: every pulse through the responses of
@@ -162,9 +169,7 @@ impl<'a> Synthesizer<'a> {
     ) -> Result<Vec<Vec<f32>>, SoundError> {
         let (pulses, frame) = self.directed_pulses((s, r), up)?;
         let weights: Vec<_> = pulses.direction.iter().map(|u| head.weights(frame.local(*u))).collect();
-        Ok((0..2)
-            .map(|ear| self.filtered(&pulses, |pulse| head.weighted(&weights[pulse], ear).into()))
-            .collect())
+        (0..2).map(|ear| self.filtered(&pulses, |pulse| head.weighted(&weights[pulse], ear).into())).collect()
     }
 
     fn pulses(&self, (s, r): (usize, usize)) -> Result<Pulses, SoundError> {
@@ -201,12 +206,20 @@ impl<'a> Synthesizer<'a> {
     }
 
     /// The sum of all pulses, each through a filter.
-    fn filtered<'t>(&self, pulses: &Pulses, filter_of: impl Fn(usize) -> Filter<'t>) -> Vec<f32> {
-        self.pressure(self.spectrum(pulses, filter_of))
+    fn filtered<'t>(
+        &self,
+        pulses: &Pulses,
+        filter_of: impl Fn(usize) -> Filter<'t>,
+    ) -> Result<Vec<f32>, SoundError> {
+        Ok(self.pressure(self.spectrum(pulses, filter_of)?))
     }
 
     /// Spectrum of the sum of all pulses, each through a filter, in their bands.
-    pub(crate) fn spectrum<'t>(&self, pulses: &Pulses, filter_of: impl Fn(usize) -> Filter<'t>) -> Spectrum {
+    pub(crate) fn spectrum<'t>(
+        &self,
+        pulses: &Pulses,
+        filter_of: impl Fn(usize) -> Filter<'t>,
+    ) -> Result<Spectrum, SoundError> {
         let bands = self.response.bands();
         let mut trains = vec![self.transform.silence(); bands];
         let mut order: Vec<usize> = (0..pulses.time.len()).collect();
@@ -214,7 +227,7 @@ impl<'a> Synthesizer<'a> {
         // All pulses of a shape, and from where on.
         let (mut sum, mut filters) = (Vec::new(), Vec::new());
         for alike in order.chunk_by(|a, b| pulses.shape[*a] == pulses.shape[*b]) {
-            (self.step)();
+            self.go_on()?;
             filters.clear();
             filters.extend(alike.iter().map(|pulse| filter_of(*pulse)));
             let place = |(pulse, filter): (&usize, &Filter<'_>)| {
@@ -244,12 +257,12 @@ impl<'a> Synthesizer<'a> {
         }
         let mut sum = Vec::new();
         for (band, train) in trains.into_iter().enumerate() {
-            (self.step)();
+            self.go_on()?;
             let part = through(&self.transform.spectrum(train), self.crossover.gains(band));
             sum.resize(part.len(), Complex::ZERO);
             sum.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
         }
-        sum
+        Ok(sum)
     }
 }
 

@@ -38,7 +38,7 @@ pub use convolution::convolve;
 pub use error::SoundError;
 pub use head::Head;
 pub use iacc::{BandIacc, Iacc, iacc};
-pub use impulse::{SoundSettings, Synthesizer};
+pub use impulse::{SoundSettings, Step, Synthesizer};
 pub use microphones::Microphone;
 pub use path::{Path, Waypoint};
 pub use resampling::resample;

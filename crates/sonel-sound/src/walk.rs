@@ -20,7 +20,7 @@ use sonel_echogram::Response;
 use crate::ambisonics::{Frame, channels};
 use crate::crossover::Crossover;
 use crate::fractional::HALF;
-use crate::impulse::{Filter, SoundSettings, Synthesizer};
+use crate::impulse::{Filter, SoundSettings, Step, Synthesizer};
 use crate::microphones::{self, Microphone};
 use crate::path::Path;
 use crate::pulses::Pulses;
@@ -85,7 +85,7 @@ pub fn walk(
     (path, spacing): (&Path, f64),
     listener: Listener<'_>,
     signal: &[f32],
-    step: &(dyn Fn() + Sync),
+    step: Step<'_>,
 ) -> Result<Vec<Vec<f32>>, SoundError> {
     let (found, expected) = (response.receivers(), path.pieces(spacing) + 1);
     if found != expected {
@@ -185,7 +185,7 @@ impl Walk<'_> {
         spots: &[Spot<'_>],
         bands: &[Vec<f32>],
     ) -> Result<Vec<[f64; BLOCK]>, SoundError> {
-        (self.synthesizer.step)();
+        self.synthesizer.go_on()?;
         // One more, where the next block begins.
         let places: Vec<(DVec3, f64)> = (begin..=begin + BLOCK).map(|sample| self.at(sample)).collect();
         let range = |of: fn(f64, f64) -> f64| places.iter().map(|place| place.1).reduce(of).unwrap_or(0.0);
@@ -253,7 +253,7 @@ impl Walk<'_> {
         let parts: Vec<(usize, Vec<Vec<f64>>)> = numbers
             .into_par_iter()
             .map(|number| {
-                (self.synthesizer.step)();
+                self.synthesizer.go_on()?;
                 let along = number as f64 * step;
                 let (low, high) = (along - REACH * step, along + REACH * step);
                 let (begin, end) = if steps > 0 { self.heard(low, high) } else { (0, self.samples) };
@@ -327,13 +327,13 @@ impl Walk<'_> {
         };
         let of_channel = |channel: usize| {
             let mut spectrum =
-                self.synthesizer.spectrum(&pulses, |pulse| Filter::gain(&gains[pulse][channel]));
+                self.synthesizer.spectrum(&pulses, |pulse| Filter::gain(&gains[pulse][channel]))?;
             if let Some(equalizer) = equalizer {
                 spectrum = through(&spectrum, equalizer);
             }
-            self.synthesizer.pressure(spectrum)
+            Ok(self.synthesizer.pressure(spectrum))
         };
-        Ok((0..spot.channels()).map(of_channel).collect())
+        (0..spot.channels()).map(of_channel).collect()
     }
 
     /// Gains of windows that overlap, for steps of this length, at the frequencies of the transform.

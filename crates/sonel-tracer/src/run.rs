@@ -25,7 +25,7 @@ const LOSS_BUDGET_PER_SEGMENT: f64 = 1e-7;
 
 /// Why a run was aborted.
 #[derive(Debug, Error)]
-pub enum TraceError<E> {
+pub enum TraceError {
     /// Packets slipped out of a watertight room.
     #[error(
         "{lost} of {packets} packets were lost through the walls of a watertight room, the first {place}; please report the scene"
@@ -48,9 +48,6 @@ pub enum TraceError<E> {
         /// The obstacle.
         misplaced: Misplaced,
     },
-    /// Whoever took the chunks failed.
-    #[error(transparent)]
-    Sink(E),
 }
 
 /// One chunk of traced packets.
@@ -140,12 +137,12 @@ impl<'a> Tracer<'a> {
     ///
     /// # Errors
     /// [`TraceError::Misplaced`] when a source is on a surface or in no air, [`TraceError::Leaking`] when that room loses
-    /// packets, [`TraceError::Sink`] when `sink` fails.
-    pub fn run<E: Send>(
+    /// packets, and that of `sink`.
+    pub fn run<E: From<TraceError> + Send>(
         &self,
         shard: ShardRange,
         sink: impl FnMut(TracedChunk) -> Result<(), E> + Send,
-    ) -> Result<Ledger, TraceError<E>> {
+    ) -> Result<Ledger, E> {
         self.trace(shard, None, sink)
     }
 
@@ -154,20 +151,20 @@ impl<'a> Tracer<'a> {
     ///
     /// # Errors
     /// The errors of [`Self::run`].
-    pub fn extend<E: Send>(
+    pub fn extend<E: From<TraceError> + Send>(
         &self,
         beginning: &SonelMap,
         sink: impl FnMut(TracedChunk) -> Result<(), E> + Send,
-    ) -> Result<Ledger, TraceError<E>> {
+    ) -> Result<Ledger, E> {
         self.trace(ShardRange::WHOLE, Some(beginning), sink)
     }
 
-    fn trace<E: Send>(
+    fn trace<E: From<TraceError> + Send>(
         &self,
         shard: ShardRange,
         known: Option<&SonelMap>,
         mut sink: impl FnMut(TracedChunk) -> Result<(), E> + Send,
-    ) -> Result<Ledger, TraceError<E>> {
+    ) -> Result<Ledger, E> {
         self.check_sources()?;
         let sources = 0..self.scene.sources.len() as u32;
         let mut groups = sources.flat_map(|source| self.groups(shard).map(move |group| (source, group)));
@@ -179,13 +176,13 @@ impl<'a> Tracer<'a> {
         let mut traced = groups.next().map(trace);
         while let Some(group) = traced {
             let next = groups.next();
-            let hand_over = || -> Result<(), TraceError<E>> {
+            let hand_over = || -> Result<(), E> {
                 for chunk in group {
                     total.add(&chunk.ledger);
                     first_lost = first_lost.or_else(|| self.first_lost(&chunk));
-                    sink(chunk).map_err(TraceError::Sink)?;
+                    sink(chunk)?;
                 }
-                first_lost.map_or(Ok(()), |way| self.check_losses(&total, way))
+                first_lost.map_or(Ok(()), |way| Ok(self.check_losses(&total, way)?))
             };
             // One group is written while the next is traced.
             let (following, handed_over) = rayon::join(|| next.map(trace), hand_over);
@@ -195,7 +192,7 @@ impl<'a> Tracer<'a> {
         Ok(total)
     }
 
-    fn check_sources<E>(&self) -> Result<(), TraceError<E>> {
+    fn check_sources(&self) -> Result<(), TraceError> {
         let positions: Vec<DVec3> = self.scene.sources.iter().map(|source| source.position).collect();
         for Source { name, position, .. } in &self.scene.sources {
             if let Err(misplaced) = self.surroundings.geometry.check_place(*position, &positions) {
@@ -260,7 +257,7 @@ impl<'a> Tracer<'a> {
         Some([from, vertices[lost].position.as_dvec3() + center])
     }
 
-    fn check_losses<E>(&self, ledger: &Ledger, first: [DVec3; 2]) -> Result<(), TraceError<E>> {
+    fn check_losses(&self, ledger: &Ledger, first: [DVec3; 2]) -> Result<(), TraceError> {
         let (lost, packets) = (ledger.fates.count(Fate::Lost), ledger.fates.total());
         if lost as f64 > 1.0 + LOSS_BUDGET_PER_SEGMENT * ledger.segments as f64 {
             let place = self.surroundings.geometry.nearest_side(first);
@@ -275,7 +272,6 @@ mod tests {
     use super::*;
     use sonel_acoustics::{BandWidth, Bands, Material};
     use sonel_geometry::Mesh;
-    use std::convert::Infallible;
 
     /// A box with a hole that is taken for watertight, and the same box whole.
     #[test]
@@ -290,7 +286,7 @@ mod tests {
             let settings = Settings { emissions: 1000, ..Settings::default() };
             let mut tracer = Tracer::new(&scene, &geometry, settings);
             tracer.surroundings.closed = true;
-            let traced = tracer.run(ShardRange::WHOLE, |_| Ok::<(), Infallible>(()));
+            let traced = tracer.run(ShardRange::WHOLE, |_| Ok::<(), TraceError>(()));
             (traced.map_err(|error| error.to_string()), geometry)
         };
         assert!(traced(12).0.is_ok());

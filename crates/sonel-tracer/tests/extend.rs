@@ -88,7 +88,7 @@ fn chunks(scene: &Scene, settings: Settings, beginning: Option<&SonelMap>) -> Ve
     let mut chunks = Vec::new();
     let sink = |chunk| {
         chunks.push(chunk);
-        Ok::<(), ()>(())
+        Ok::<(), TraceError>(())
     };
     match beginning {
         Some(beginning) => tracer.extend(beginning, sink),

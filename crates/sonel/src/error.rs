@@ -36,7 +36,7 @@ pub enum Error {
     Write(MapError),
     /// The trace failed, as in a room that leaks.
     #[error(transparent)]
-    Trace(TraceError<MapError>),
+    Trace(#[from] TraceError),
     /// A receiver is impossible, or a setting out of range.
     #[error(transparent)]
     Render(#[from] RenderError),
@@ -46,7 +46,7 @@ pub enum Error {
     /// The response has no sound, or the head is damaged.
     #[cfg(feature = "sound")]
     #[error(transparent)]
-    Sound(#[from] SoundError),
+    Sound(SoundError),
     /// A file cannot be read or written.
     #[error(transparent)]
     File(#[from] io::Error),
@@ -86,11 +86,12 @@ impl Error {
     }
 }
 
-impl From<TraceError<MapError>> for Error {
-    fn from(error: TraceError<MapError>) -> Self {
+#[cfg(feature = "sound")]
+impl From<SoundError> for Error {
+    fn from(error: SoundError) -> Self {
         match error {
-            TraceError::Sink(error) => Self::Write(error),
-            other => Self::Trace(other),
+            SoundError::Stopped => Self::Stopped,
+            error => Self::Sound(error),
         }
     }
 }
@@ -103,7 +104,10 @@ pub(crate) trait At<T> {
 
 impl<T, E: Into<Error>> At<T> for std::result::Result<T, E> {
     fn at(self, place: impl FnOnce() -> String) -> Result<T> {
-        self.map_err(|error| Error::At { place: place(), cause: Box::new(error.into()) })
+        self.map_err(|error| match error.into() {
+            Error::Stopped => Error::Stopped,
+            error => Error::At { place: place(), cause: Box::new(error) },
+        })
     }
 }
 

@@ -56,7 +56,7 @@ impl Demand {
             )]));
         }
         if self.memory_bytes > UNANNOUNCED_MEMORY_BYTES || self.cpu_seconds > UNANNOUNCED_CPU_SECONDS {
-            watch.info(&format!("the run needs about: {self}"));
+            watch.info(&format!("the run needs about: {self}"))?;
         }
         Ok(())
     }
@@ -84,7 +84,7 @@ pub(crate) fn wrong_limits(memory: Option<f64>, at_most: Option<f64>) -> [Option
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::observer::{Observer, Severity, watched};
+    use crate::observer::{Observer, Severity};
     use std::ops::ControlFlow;
 
     #[derive(Default)]
@@ -102,7 +102,7 @@ mod tests {
         let heard = Heard::default();
         let admit = |cpu_seconds, memory_bytes, allowed| {
             let demand = Demand { cpu_seconds, map_bytes: 0.0, memory_bytes };
-            watched(&heard, |watch| demand.admit(allowed, "give fewer", watch))
+            demand.admit(allowed, "give fewer", Watch(&heard))
         };
         admit(299.0, 3.9e9, Some(4e9)).unwrap();
         assert!(heard.0.lock().unwrap().is_empty());

@@ -105,6 +105,7 @@ mod store;
 pub mod study;
 mod time;
 mod trace;
+mod until;
 mod variants;
 pub mod version;
 
@@ -112,7 +113,7 @@ pub use coefficients::{Coefficients, MaterialKey};
 pub use count::parse_count;
 pub use error::{Error, Result, with_options_spelled};
 pub use map::Map;
-pub use observer::{Observer, Severity, Silent};
+pub use observer::{Clock, Observer, Severity, Silent};
 pub use render::{
     AbsorptionUncertainty, Air, Audience, Axis, Change, ClassShare, Grid, GridCounts, MaterialVariants,
     PreparedRendering, Refinement, RenderOptions, Rendered, VERSION as RENDERER_VERSION, parse_diffraction,
@@ -127,7 +128,7 @@ pub use trace::{PreparedTrace, TraceOptions, Traced, VERSION as TRACER_VERSION};
 pub use variants::{Alternatives, Variants};
 
 pub use crate::study::effects::{Effect, EffectSpec as Effects};
-pub use crate::study::pipeline::{Clock, InMemory, MapStore};
+pub use crate::study::pipeline::{InMemory, MapStore};
 pub use crate::study::plan::Plan;
 pub use crate::study::sensitivity::Varied;
 pub use crate::study::target::Targets;

@@ -1,9 +1,6 @@
 //! Who follows long work: how far it is, what is to be said, whether to go on, and which clock it goes by.
 
 use std::ops::ControlFlow;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-
-use crate::study::pipeline::{Clock, NoClock};
 
 use crate::{Error, Result};
 
@@ -51,29 +48,48 @@ pub struct Silent;
 
 impl Observer for Silent {}
 
-/// Payload of the unwinding by which an observer stops the work.
-struct Stop;
+/// Seconds since any moments, which must not change during a run.
+pub trait Clock: Sync {
+    /// Time of the clock on the wall [s].
+    fn wall(&self) -> f64;
+    /// CPU time of all threads of the process [s].
+    fn process(&self) -> f64;
+    /// CPU time of the thread that asks [s].
+    fn thread(&self) -> f64;
+}
 
-/// An observer as the work sees it.
+/// It is always the same time.
+struct NoClock;
+
+impl Clock for NoClock {
+    fn wall(&self) -> f64 {
+        0.0
+    }
+
+    fn process(&self) -> f64 {
+        0.0
+    }
+
+    fn thread(&self) -> f64 {
+        0.0
+    }
+}
+
+/// An observer as the work sees it. Every report may end the work with [`Error::Stopped`].
 #[derive(Clone, Copy)]
-pub(crate) struct Watch<'a>(&'a dyn Observer);
+pub(crate) struct Watch<'a>(pub &'a dyn Observer);
 
 impl<'a> Watch<'a> {
-    pub(crate) fn progress(self, step: &str, share: f64) {
-        unless_stopped(self.0.progress(step, share));
+    pub(crate) fn progress(self, step: &str, share: f64) -> Result<()> {
+        unless_stopped(self.0.progress(step, share))
     }
 
-    #[cfg(feature = "sound")]
-    pub(crate) fn go_on(self) {
-        unless_stopped(self.0.go_on());
+    pub(crate) fn say(self, severity: Severity, text: &str) -> Result<()> {
+        unless_stopped(self.0.message(severity, text))
     }
 
-    pub(crate) fn say(self, severity: Severity, text: &str) {
-        unless_stopped(self.0.message(severity, text));
-    }
-
-    pub(crate) fn info(self, text: &str) {
-        self.say(Severity::Info, text);
+    pub(crate) fn info(self, text: &str) -> Result<()> {
+        self.say(Severity::Info, text)
     }
 
     pub(crate) fn clock(self) -> &'a dyn Clock {
@@ -96,20 +112,6 @@ impl<'a> Watch<'a> {
     }
 }
 
-fn unless_stopped(flow: ControlFlow<()>) {
-    if flow.is_break() {
-        resume_unwind(Box::new(Stop));
-    }
-}
-
-/// Does `work` before the eyes of `observer`.
-///
-/// # Errors
-/// The errors of the work, and [`Error::Stopped`].
-pub(crate) fn watched<T>(observer: &dyn Observer, work: impl FnOnce(Watch<'_>) -> Result<T>) -> Result<T> {
-    match catch_unwind(AssertUnwindSafe(|| work(Watch(observer)))) {
-        Ok(result) => result,
-        Err(payload) if payload.is::<Stop>() => Err(Error::Stopped),
-        Err(payload) => resume_unwind(payload),
-    }
+pub(crate) fn unless_stopped(flow: ControlFlow<()>) -> Result<()> {
+    if flow.is_break() { Err(Error::Stopped) } else { Ok(()) }
 }

@@ -12,7 +12,7 @@ use sonel_scene::{Document, Loaded, PolygonMesh, SceneErrors, Value};
 
 use crate::error::At;
 use crate::file;
-use crate::observer::{Observer, Severity, Watch, watched};
+use crate::observer::{Observer, Severity, Watch};
 use crate::{Coefficients, Error, MaterialKey, Result};
 
 /// A room with materials, sources and receivers, read and checked. Positions are in metres, in the axes of the mesh.
@@ -45,10 +45,9 @@ impl Scene {
     /// The errors of [`Self::load`].
     pub fn load_text(text: String, path: impl AsRef<Path>, observer: &dyn Observer) -> Result<Self> {
         let path = path.as_ref();
-        watched(observer, |watch| {
-            let (loaded, files) = with_files(&text, path, watch, sonel_scene::load)?;
-            Ok(Self::of(loaded, files, Origin::File { path: path.to_owned(), text }, watch))
-        })
+        let watch = Watch(observer);
+        let (loaded, files) = with_files(&text, path, watch, sonel_scene::load)?;
+        Self::of(loaded, files, Origin::File { path: path.to_owned(), text }, watch)
     }
 
     /// Compiles a scene made in code. Notes and warnings go to `observer`.
@@ -56,21 +55,19 @@ impl Scene {
     /// # Errors
     /// Every mistake in it, by key.
     pub fn from_document(document: Document, observer: &dyn Observer) -> Result<Self> {
-        watched(observer, |watch| {
-            Ok(Self::of(document.load()?, Vec::new(), Origin::Made(Box::new(document)), watch))
-        })
+        Self::of(document.load()?, Vec::new(), Origin::Made(Box::new(document)), Watch(observer))
     }
 
-    fn of(loaded: Loaded, files: Vec<PathBuf>, origin: Origin, watch: Watch<'_>) -> Self {
+    fn of(loaded: Loaded, files: Vec<PathBuf>, origin: Origin, watch: Watch<'_>) -> Result<Self> {
         let Loaded { scene: compiled, geometry, notes, defaults, warnings } = loaded;
         if let Some(defaults) = sonel_scene::folded(defaults.iter().map(|index| notes[*index].as_str())) {
-            watch.say(Severity::Note, &defaults);
+            watch.say(Severity::Note, &defaults)?;
         }
         for (index, note) in notes.iter().enumerate() {
-            watch.say(if defaults.contains(&index) { Severity::Detail } else { Severity::Note }, note);
+            watch.say(if defaults.contains(&index) { Severity::Detail } else { Severity::Note }, note)?;
         }
-        warnings.iter().for_each(|warning| watch.say(Severity::Warning, warning));
-        Self { compiled, geometry: Arc::new(geometry), files, origin }
+        warnings.iter().try_for_each(|warning| watch.say(Severity::Warning, warning))?;
+        Ok(Self { compiled, geometry: Arc::new(geometry), files, origin })
     }
 
     /// Begins a rectangular room with one corner at the origin: inner lengths `size` [m], above 0. Its walls have the material of their name
@@ -173,7 +170,7 @@ pub fn check_file(path: impl AsRef<Path>, observer: &dyn Observer) -> Result<(Ch
 }
 
 fn check_text(text: &str, path: &Path, observer: &dyn Observer) -> Result<(Checkup, Vec<PathBuf>)> {
-    watched(observer, |watch| with_files(text, path, watch, checkup::check))
+    with_files(text, path, Watch(observer), checkup::check)
 }
 
 fn read_text(path: &Path) -> Result<String> {
@@ -196,9 +193,9 @@ fn with_files<T>(
         file::read(&folder.join(beside))
     };
     // A mesh of a million triangles takes its time.
-    watch.progress(STEP, 0.0);
+    watch.progress(STEP, 0.0)?;
     let result = read(text, &path.display().to_string(), &mut open);
-    watch.progress(STEP, 1.0);
+    watch.progress(STEP, 1.0)?;
     Ok((result?, files))
 }
 

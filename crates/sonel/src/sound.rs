@@ -6,7 +6,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 use sonel_sound::{Listener, Path, SoundSettings, Synthesizer};
 
-use crate::observer::watched;
 use crate::{Error, Observer, ReceiverPoint, Response, Result};
 
 pub use sonel_sound::ambisonics::MOST_ORDER as MOST_AMBISONICS_ORDER;
@@ -89,11 +88,9 @@ impl Response {
             }
         };
         let e = self.echograms();
-        watched(observer, |watch| {
-            let step = || watch.go_on();
-            let of_source = |s| sonel_sound::walk(e, settings, s, (path, spacing), listener, signal, &step);
-            Ok((0..e.sources()).map(of_source).collect::<Result<_, _>>()?)
-        })
+        let step = || observer.go_on();
+        let of_source = |s| sonel_sound::walk(e, settings, s, (path, spacing), listener, signal, &step);
+        Ok((0..e.sources()).map(of_source).collect::<Result<_, _>>()?)
     }
 
     /// Settings of the synthesis, and the direction up.
@@ -144,21 +141,17 @@ impl Response {
         let e = self.echograms();
         let pairs: Vec<(usize, usize)> =
             (0..e.sources()).flat_map(|s| (0..e.receivers()).map(move |r| (s, r))).collect();
-        watched(observer, |watch| {
-            let step = || watch.go_on();
-            let synthesizer = Synthesizer::new(e, settings).with_step(&step);
-            let of_pair = |pair: (usize, usize)| {
-                // Other threads begin pairs when one has stopped.
-                step();
-                let all = channels.iter().zip(&ups).map(|(channels, (_, up))| match *channels {
-                    Channels::Ambisonics(order) => synthesizer.ambisonics(pair, order, *up),
-                    Channels::Ears(head) => synthesizer.binaural(pair, head, *up),
-                    Channels::Array(microphones) => synthesizer.array(pair, microphones),
-                    Channels::Single => Ok(vec![synthesizer.impulse_response(pair.0, pair.1)?]),
-                });
-                take(pair, all.collect::<Result<_, _>>().map_err(Error::from)?)
-            };
-            Ok(pairs.into_par_iter().map(of_pair).collect())
-        })?
+        let step = || observer.go_on();
+        let synthesizer = Synthesizer::new(e, settings).with_step(&step);
+        let of_pair = |pair: (usize, usize)| {
+            let all = channels.iter().zip(&ups).map(|(channels, (_, up))| match *channels {
+                Channels::Ambisonics(order) => synthesizer.ambisonics(pair, order, *up),
+                Channels::Ears(head) => synthesizer.binaural(pair, head, *up),
+                Channels::Array(microphones) => synthesizer.array(pair, microphones),
+                Channels::Single => Ok(vec![synthesizer.impulse_response(pair.0, pair.1)?]),
+            });
+            take(pair, all.collect::<Result<_, _>>().map_err(Error::from)?)
+        };
+        pairs.into_par_iter().map(of_pair).collect()
     }
 }

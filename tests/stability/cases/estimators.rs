@@ -230,7 +230,7 @@ fn largest_contribution(estimator: Estimator) -> f64 {
     };
     let renderer = traced.renderer(settings);
     let receiver = ReceiverPoint::omni("in front of a sonel", position);
-    let rendering = renderer.render(0, &[receiver], &[vec![0.0, 0.2]], &mut |_| {}).expect("in the room");
+    let rendering = renderer.render(0, &[receiver], &[vec![0.0, 0.2]]).expect("in the room");
     let direct = rendering.classes[PathClass::Direct as usize].1[0];
     let most = 0.8 * (0.25 + 4.0) / (std::f64::consts::PI * DISC * DISC);
     let contributions = rendering.batches.iter().zip(&energy).map(|(batch, energy)| {

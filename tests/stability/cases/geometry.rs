@@ -291,7 +291,7 @@ fn no_packet_is_lost() {
         let settings = Settings { emissions: form(1_000, 200_000), survival: 0.0, ..Settings::default() };
         let mut fates = sonel_map::Fates::default();
         let summary = sonel_tracer::Tracer::new(&scene, &geometry, settings)
-            .run(sonel_map::ShardRange::WHOLE, |_| Ok::<(), std::convert::Infallible>(()))
+            .run(sonel_map::ShardRange::WHOLE, |_| Ok::<(), sonel_tracer::TraceError>(()))
             .expect("a tight room");
         fates.add(&summary.fates);
         assert_eq!(fates.count(Fate::Lost) + fates.count(Fate::Escaped), 0, "{name}");

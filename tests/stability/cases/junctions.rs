@@ -93,7 +93,7 @@ fn fluences(traced: &Traced, places: &[DVec3], estimator: Estimator) -> Vec<f64>
     let named = |(index, &position): (usize, &DVec3)| ReceiverPoint::omni(&index.to_string(), position);
     let receivers: Vec<ReceiverPoint> = places.iter().enumerate().map(named).collect();
     let borders = vec![vec![0.0, 0.05]; places.len()];
-    let rendering = renderer.render(0, &receivers, &borders, &mut |_| {}).expect("sound receivers");
+    let rendering = renderer.render(0, &receivers, &borders).expect("sound receivers");
     let bins = renderer.bins().edges().len() - 1;
     (0..places.len()).map(|place| sonel_tests::fluence(&rendering, bins, place, 0)).collect()
 }
@@ -136,8 +136,7 @@ fn images(traced: &Traced, place: DVec3) -> BTreeMap<[i64; 3], f64> {
         RenderSettings { rays: Some(64), mirror_order: Some(3), edges: false, ..RenderSettings::default() };
     let renderer = traced.renderer(settings);
     let receiver = ReceiverPoint::omni("here", place);
-    let rendering =
-        renderer.render(0, &[receiver], &[vec![0.0, 0.05]], &mut |_| {}).expect("a sound receiver");
+    let rendering = renderer.render(0, &[receiver], &[vec![0.0, 0.05]]).expect("a sound receiver");
     let mut images = BTreeMap::new();
     for arrival in &rendering.arrivals {
         let image = place + DVec3::from(arrival.towards) * arrival.length;

@@ -44,7 +44,7 @@ fn at(traced: &Traced, position: DVec3, settings: RenderSettings) -> Result<Rend
 fn received(renderer: &Renderer<'_>, position: DVec3) -> Result<Rendering, String> {
     let receiver = ReceiverPoint::omni("here", position);
     let borders = [vec![0.0, 0.05, 0.2]];
-    renderer.render(0, &[receiver], &borders, &mut |_| {}).map_err(|error| error.to_string())
+    renderer.render(0, &[receiver], &borders).map_err(|error| error.to_string())
 }
 
 /// The image of the source in the screen: nothing of infinite loudness stands there.
@@ -243,7 +243,7 @@ fn every_place_of_a_source_is_sound_or_refused() {
         let geometry = scene.geometry().expect("a box");
         let settings = Settings { emissions: form(500, 50_000), ..Settings::default() };
         let tracer = sonel_tracer::Tracer::new(&scene, &geometry, settings);
-        match tracer.run(sonel_map::ShardRange::WHOLE, |_| Ok::<(), std::convert::Infallible>(())) {
+        match tracer.run(sonel_map::ShardRange::WHOLE, |_| Ok::<(), sonel_tracer::TraceError>(())) {
             Ok(summary) => {
                 assert_eq!(
                     summary.fates.count(Fate::Lost) + summary.fates.count(Fate::Escaped),
@@ -319,7 +319,7 @@ fn a_source_outside_the_room_is_refused() {
     scene.sources[0].position = dvec3(7.0, 2.0, 1.0);
     let geometry = scene.geometry().expect("a box");
     let tracer = sonel_tracer::Tracer::new(&scene, &geometry, Settings::default());
-    let refused = tracer.run(sonel_map::ShardRange::WHOLE, |_| Ok::<(), std::convert::Infallible>(()));
+    let refused = tracer.run(sonel_map::ShardRange::WHOLE, |_| Ok::<(), sonel_tracer::TraceError>(()));
     let refused = refused.expect_err("outside").to_string();
     assert!(refused.contains("\"source\" at [7, 2, 1] m is outside the room"), "{refused}");
 }

@@ -60,7 +60,8 @@ pub(crate) fn run(
     if let Some(sentence) = room_decay::lengthen(&mut scene, &geometry)? {
         writeln!(log, "{sentence}")?;
     }
-    let room = Room::within(&scene, geometry, effects::states(&decisions, mode));
+    let states = effects::states(&decisions, mode);
+    let room = Room::within(&scene, &geometry, &states);
     let sweep = sweep(arguments);
     // Whatever is wrong with the output shall be said before the work is done.
     output::make_folder(folder)?;

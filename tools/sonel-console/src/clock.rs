@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use cpu_time::{ProcessTime, ThreadTime};
-use sonel::study::pipeline::Clock;
+use sonel::{Clock, Observer};
 
 /// Seconds since its start, on the wall and of the processor.
 #[derive(Debug)]
@@ -23,6 +23,12 @@ impl Stopwatch {
     #[must_use]
     pub fn seconds(&self) -> (f64, f64) {
         (self.wall(), self.process())
+    }
+}
+
+impl Observer for Stopwatch {
+    fn clock(&self) -> Option<&dyn Clock> {
+        Some(self)
     }
 }
 

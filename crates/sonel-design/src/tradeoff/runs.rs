@@ -2,10 +2,12 @@
 
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_map::{Mode, Settings};
-use sonel_renderer::{PathClass, ReceiverPoint, RenderSettings, Rendering};
+use sonel_renderer::{PathClass, ReceiverPoint, RenderSettings};
 
 use super::sweep::{JUDGED, Setting, Sweep};
-use sonel::study::pipeline::{Clock, MapStore, RenderSeconds, Rendered, Room, TraceSeconds, render_and_read};
+use sonel::echograms::Echograms;
+use sonel::study::pipeline::{RenderSeconds, RenderedMap, Room, TraceSeconds, render_and_read};
+use sonel::{MapStore, Observer};
 
 /// Receiver, band and parameter of a value.
 #[derive(Debug, Clone, PartialEq)]
@@ -109,10 +111,10 @@ pub fn conduct(
     receivers: &[ReceiverPoint],
     sweep: &Sweep,
     store: &mut impl MapStore,
-    clock: &dyn Clock,
+    observer: &dyn Observer,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Tradeoff, sonel::Error> {
-    let stage = Stage { room, receivers, clock };
+    let stage = Stage { room, receivers, observer };
     let (cells, reference) = stage.reference(sweep, store)?;
     let total: u64 = sweep.reference_packets + u64::from(sweep.repeats) * sweep.packets.iter().sum::<u64>();
     let mut done = sweep.reference_packets;
@@ -123,11 +125,12 @@ pub fn conduct(
             let seed = sweep.seed.wrapping_add(u64::from(repeat));
             for group in groups(&sweep.settings) {
                 let trace = Settings { emissions: packets, seed, ..sweep.settings[group[0]].trace };
-                let traced = room.trace(trace, store, clock)?;
+                let traced = room.trace(trace, store, observer)?;
                 for setting in group {
-                    let rendered = stage.render_and_read(&traced.map, &sweep.settings[setting].render)?;
+                    let (rendered, parameters) =
+                        stage.render_and_read(&traced.map, &sweep.settings[setting].render)?;
                     let seconds = RunSeconds { trace: traced.seconds, render: rendered.seconds };
-                    let values = values(&rendered.parameters);
+                    let values = values(&parameters);
                     runs.push(Run { setting, packets, seconds, values });
                 }
             }
@@ -142,7 +145,7 @@ pub fn conduct(
 struct Stage<'a> {
     room: &'a Room<'a>,
     receivers: &'a [ReceiverPoint],
-    clock: &'a dyn Clock,
+    observer: &'a dyn Observer,
 }
 
 impl Stage<'_> {
@@ -163,14 +166,14 @@ impl Stage<'_> {
                 mode: Mode::Accurate,
                 ..Settings::default()
             };
-            let traced = self.room.trace(settings, store, self.clock)?;
+            let traced = self.room.trace(settings, store, self.observer)?;
             let edges = sweep.settings[0].render.edges;
-            let rendered =
+            let (rendered, parameters) =
                 self.render_and_read(&traced.map, &RenderSettings { edges, ..RenderSettings::default() })?;
-            let sampled = (!is_exact(&rendered.renderings)).then_some(packets);
+            let sampled = (!is_exact(&rendered.response)).then_some(packets);
             if sampled.is_none() || packets == sweep.reference_packets {
-                let reference = Reference { packets: sampled, values: values(&rendered.parameters) };
-                return Ok((cells(&rendered.parameters), reference));
+                let reference = Reference { packets: sampled, values: values(&parameters) };
+                return Ok((cells(&parameters), reference));
             }
             packets = sweep.reference_packets;
         }
@@ -180,8 +183,8 @@ impl Stage<'_> {
         &self,
         map: &sonel_map::SonelMap,
         settings: &RenderSettings,
-    ) -> Result<Rendered, sonel::Error> {
-        render_and_read(map, self.room.geometry(), self.receivers, settings, self.clock)
+    ) -> Result<(RenderedMap, Vec<ReceiverParameters>), sonel::Error> {
+        render_and_read(map, self.room.geometry(), self.receivers, settings, self.observer)
     }
 }
 
@@ -201,14 +204,18 @@ fn groups(settings: &[Setting]) -> Vec<Vec<usize>> {
 const SAMPLED_SHARE: f64 = 1e-6;
 
 /// Whether nothing that counts was sampled: the energy came by paths that are enumerated.
-fn is_exact(renderings: &[Rendering]) -> bool {
-    let enumerated = [PathClass::Direct, PathClass::ImageSource, PathClass::Edge];
-    renderings.iter().all(|rendering| {
-        let sum = |sampled: bool| -> Vec<f64> {
-            let classes = rendering.classes.iter().filter(|(class, _)| enumerated.contains(class) != sampled);
-            classes.fold(vec![0.0; rendering.classes[0].1.len()], |sum, (_, energy)| {
-                sum.iter().zip(energy).map(|(sum, energy)| sum + energy).collect()
-            })
+fn is_exact(response: &Echograms) -> bool {
+    let enumerated = [PathClass::Direct, PathClass::ImageSource, PathClass::Edge].map(PathClass::notation);
+    response.provenance.sources.iter().all(|source| {
+        let sum = |is_sampled: bool| -> Vec<f64> {
+            let mut sum = vec![0.0; response.bands()];
+            for class in &source.classes {
+                if enumerated.contains(&class.class.as_str()) != is_sampled {
+                    let energies = class.energy.iter().flat_map(|energy| energy.iter().enumerate());
+                    energies.for_each(|(band, energy)| sum[band] += energy);
+                }
+            }
+            sum
         };
         sum(true).iter().zip(sum(false)).all(|(sampled, exact)| *sampled <= SAMPLED_SHARE * exact)
     })

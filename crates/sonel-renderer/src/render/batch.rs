@@ -1,13 +1,13 @@
 //! Stochastic path classes, one batch of emissions at a time.
 
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 use sonel_map::{Arrival, BandValues, Lanes, PathView, PathWeight, Segment, SegmentHistory, lanes_of};
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
-use super::Renderer;
+use super::{Progress, Renderer};
 use crate::crossings::Crossings;
 use crate::deposit::{Deposits, TimeBins};
 use crate::directions::{Axes, Columns};
@@ -198,18 +198,18 @@ impl Renderer<'_> {
         source: usize,
         tile: &Tile<'_>,
         batches: Range<u32>,
-        progress: &mut (dyn FnMut(f64) + Send),
-    ) {
+        progress: Progress<'_>,
+    ) -> ControlFlow<()> {
         let group = self.group(source, tile, rendering.mirror_order);
         for (order, others) in rendering.image_order[tile.first..].iter_mut().zip(&group.others) {
             *order = others.image_order;
         }
         let fill = |batch, estimate: &mut BatchEstimate<'_>| self.estimate(batch, source, &group, estimate);
-        self.add_estimates(rendering, total, tile, batches, fill, progress);
+        self.add_estimates(rendering, total, tile, batches, fill, progress)
     }
 
     /// Adds what `fill` finds in each of `batches` at the receivers of `tile` to `rendering`, its echograms to `total`: on all cores, in the
-    /// order of the batches. Every core reports its batches itself, so that work that is not wanted any more ends with the batch that it is at.
+    /// order of the batches. Every core reports its batches itself, so that work that `progress` breaks off ends with the batch that it is at.
     pub(crate) fn add_estimates(
         &self,
         rendering: &mut Rendering,
@@ -217,8 +217,8 @@ impl Renderer<'_> {
         tile: &Tile<'_>,
         batches: Range<u32>,
         fill: impl Fn(u32, &mut BatchEstimate<'_>) + Sync,
-        progress: &mut (dyn FnMut(f64) + Send),
-    ) {
+        progress: Progress<'_>,
+    ) -> ControlFlow<()> {
         let count = batches.len() as u32;
         let mut estimates: Vec<BatchEstimate<'_>> = (0..count.min(BATCHES_IN_FLIGHT))
             .map(|_| BatchEstimate::new(tile, self.bins.count, self.table.bands()))
@@ -226,18 +226,19 @@ impl Renderer<'_> {
         let done = Mutex::new((0, progress));
         for first in batches.clone().step_by(BATCHES_IN_FLIGHT as usize) {
             let group = &mut estimates[..(batches.end - first).min(BATCHES_IN_FLIGHT) as usize];
-            group.par_iter_mut().zip(first..batches.end).for_each(|(estimate, batch)| {
+            group.par_iter_mut().zip(first..batches.end).try_for_each(|(estimate, batch)| {
                 estimate.clear();
                 fill(batch, estimate);
                 let (done, progress) = &mut *done.lock().unwrap_or_else(PoisonError::into_inner);
                 *done += 1;
-                progress(f64::from(*done) / f64::from(count));
-            });
+                progress(f64::from(*done) / f64::from(count))
+            })?;
             for (batch, estimate) in (first as usize..).zip(group) {
                 let weight = self.emissions.batches[batch].weight;
                 estimate.add_to(rendering, total, (batch, weight), &self.bins);
             }
         }
+        ControlFlow::Continue(())
     }
 
     /// Prepares the images of the receivers of `tile`. K′ is a matter of each receiver: it depends on nobody who shares the call.

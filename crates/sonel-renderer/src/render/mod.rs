@@ -13,7 +13,7 @@ mod specular;
 mod sums;
 mod survey;
 
-use std::ops::Deref;
+use std::ops::{ControlFlow, Deref};
 use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
@@ -40,6 +40,9 @@ use crate::stochastic::mirror_connection::image_order;
 use survey::SonelSurvey;
 
 pub use sums::BatchSums;
+
+/// Hears the share of the work that is done, and says whether to go on.
+pub type Progress<'a> = &'a mut (dyn FnMut(f64) -> ControlFlow<()> + Send);
 
 /// Receivers rendered in one sweep: few enough that the echograms they share stay in the cache, which halves the time of a
 /// connection; sweeping the paths again costs less than a connection each.
@@ -318,8 +321,7 @@ impl<'a> Renderer<'a> {
         problems
     }
 
-    /// Renders one source. `borders` gives for every receiver the coarse time borders [s] of its batches; `progress` receives
-    /// the share of the batches done so far: 0 when they begin, and 1 once more at the end, when everything without noise is there.
+    /// Renders one source. `borders` gives for every receiver the coarse time borders [s] of its batches.
     ///
     /// # Errors
     /// [`RenderError::Receivers`] with all problems of all receivers.
@@ -328,13 +330,10 @@ impl<'a> Renderer<'a> {
         source: usize,
         receivers: &[ReceiverPoint],
         borders: &[Vec<f64>],
-        progress: &mut (dyn FnMut(f64) + Send),
     ) -> Result<Rendering, RenderError> {
         let mut sums = self.begin(source, receivers, borders)?;
-        self.extend(&mut sums, progress);
-        let rendering = self.finish(sums);
-        progress(1.0);
-        Ok(rendering)
+        let _ = self.extend(&mut sums, &mut |_| ControlFlow::Continue(()));
+        Ok(self.finish(sums))
     }
 
     /// Whether image sources own anything.
@@ -353,12 +352,11 @@ impl<'a> Renderer<'a> {
         self.gather.as_ref().is_some_and(|(_, settings)| settings.by_mirrors)
     }
 
-    /// Whether visibility rays are cast from any of `receivers`: where they own what mirrors show, beside surfaces, and in the
+    /// Whether visibility rays are cast from any receiver of `sums`: where they own what mirrors show, beside surfaces, and in the
     /// paper's pass.
     #[must_use]
-    pub fn casts_rays(&self, receivers: &[ReceiverPoint]) -> bool {
-        let is_near = |source| self.prepare(source, receivers).iter().any(PreparedReceiver::is_near_surface);
-        let beside_surfaces = || (0..self.surveys.len()).any(is_near);
+    pub fn casts_rays(&self, sums: &BatchSums) -> bool {
+        let beside_surfaces = || sums.receivers.iter().any(PreparedReceiver::is_near_surface);
         self.gathers_by_mirrors() || self.paper.is_some() || self.gather.is_some() && beside_surfaces()
     }
 

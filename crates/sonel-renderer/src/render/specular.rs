@@ -10,7 +10,7 @@
 //! no bias. 1/P is estimated without bias by the number of directions about the path that are tried until some of them find it too
 //! [Zeltner2020].
 
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -20,16 +20,14 @@ use sonel_map::{BandValues, Lanes, lanes_of};
 use sonel_sampling::{Frame, Purpose, ScrambledSobol, Stream, StreamFamily, warp};
 use sonel_scene::refract;
 
-use super::Renderer;
 use super::batch::{BatchEstimate, Tile, receiver_stream};
+use super::{BatchSums, Progress, Renderer};
 use crate::ball::{Beam, Chord, ReceiverSphere};
-use crate::deposit::Deposits;
 use crate::exact::direct::spread;
 use crate::exact::mirror::chain::{self, Ends, Mirror, Reflection};
 use crate::exact::mirror::{MirrorArrival, Radiator, lattice_room};
 use crate::path_class::PathClass;
 use crate::receiver::PreparedReceiver;
-use crate::rendering::Rendering;
 use crate::stochastic::connection::{Arriving, ClassDeposits};
 use crate::stochastic::crossing::{Piece, cross};
 use crate::stochastic::gather::rays::LIGHT;
@@ -59,19 +57,18 @@ impl Renderer<'_> {
         self.settings.estimator.has_rays() && !is_lattice
     }
 
-    /// Adds L S^k R, k > K, of `batches` of `source` at all `receivers` to `rendering`, their echograms to `total`.
-    pub(crate) fn add_late_specular(
+    /// Adds L S^k R, k > K, of `batches` to `sums`.
+    pub(super) fn add_late_specular(
         &self,
-        rendering: &mut Rendering,
-        total: &mut Deposits,
-        source: usize,
-        receivers: &[PreparedReceiver],
-        borders: &[Vec<f64>],
+        sums: &mut BatchSums,
         batches: Range<u32>,
-    ) {
+        progress: Progress<'_>,
+    ) -> ControlFlow<()> {
+        let BatchSums { source, receivers, borders, rendering, mirrored, .. } = sums;
         if !self.casts_specular_rays() {
-            return;
+            return ControlFlow::Continue(());
         }
+        let source = *source;
         let mirror_order = rendering.mirror_order;
         for first in (0..receivers.len()).step_by(RECEIVERS) {
             let range = first..(first + RECEIVERS).min(receivers.len());
@@ -80,8 +77,9 @@ impl Renderer<'_> {
             let fill = |batch, estimate: &mut BatchEstimate<'_>| {
                 self.mirror_rays((source, batch), mirror_order, &tile, &is_varied, estimate);
             };
-            self.add_estimates(rendering, total, &tile, batches.clone(), fill, &mut |_| {});
+            self.add_estimates(rendering, mirrored, &tile, batches.clone(), fill, progress)?;
         }
+        ControlFlow::Continue(())
     }
 
     /// At which receivers early sound of this kind varies within the sphere.

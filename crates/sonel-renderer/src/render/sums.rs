@@ -1,6 +1,8 @@
 //! A rendering batch by batch: sums over the first batches of a map, which may be finished or go on.
 
-use super::Renderer;
+use std::ops::ControlFlow;
+
+use super::{Progress, Renderer};
 use crate::deposit::Deposits;
 use crate::error::RenderError;
 use crate::exact::mirror::Radiator;
@@ -10,17 +12,17 @@ use crate::rendering::{CoarseEchogram, Rendering};
 /// Sums over the first batches of one source at some receivers, each batch weighed by its share of the whole map.
 #[derive(Clone)]
 pub struct BatchSums {
-    source: usize,
-    receivers: Vec<PreparedReceiver>,
+    pub(super) source: usize,
+    pub(super) receivers: Vec<PreparedReceiver>,
     /// Time borders of the batches at every receiver [s].
-    borders: Vec<Vec<f64>>,
+    pub(super) borders: Vec<Vec<f64>>,
     /// Number of batches.
     batches: u32,
     /// Everything but `total`.
-    rendering: Rendering,
+    pub(super) rendering: Rendering,
     /// Energy that packets bring, and that of rays that are mirrored alone: apart, so that sums do not depend on where they paused.
     packets: Deposits,
-    mirrored: Deposits,
+    pub(super) mirrored: Deposits,
 }
 
 impl Renderer<'_> {
@@ -54,24 +56,26 @@ impl Renderer<'_> {
     }
 
     /// Adds the batches that `sums` lacks, which this renderer began, alone or with fewer batches. `progress` receives the share of them that is
-    /// done, 0 when they begin.
-    pub fn extend(&self, sums: &mut BatchSums, progress: &mut (dyn FnMut(f64) + Send)) {
-        progress(0.0);
-        let BatchSums { source, receivers, borders, batches: done, rendering, packets, mirrored } = sums;
-        let batches = *done..self.batches.max(*done);
-        *done = batches.end;
-        let nothing = CoarseEchogram::of_receivers(borders, rendering.columns.coarse, self.table.bands());
+    /// done, 0 when they begin. Sums of which it has broken off the extension are worth nothing.
+    pub fn extend(&self, sums: &mut BatchSums, progress: Progress<'_>) -> ControlFlow<()> {
+        progress(0.0)?;
+        let batches = sums.batches..self.batches.max(sums.batches);
+        sums.batches = batches.end;
+        let (rendering, bands) = (&mut sums.rendering, self.table.bands());
+        let nothing = CoarseEchogram::of_receivers(&sums.borders, rendering.columns.coarse, bands);
         rendering.batches.resize(batches.end as usize, nothing.clone());
         rendering.kernel_differences.resize(batches.end as usize, nothing);
-        self.add_late_specular(rendering, mirrored, *source, receivers, borders, batches.clone());
+        self.add_late_specular(sums, batches.clone(), &mut |_| progress(0.0))?;
+        let BatchSums { source, receivers, borders, rendering, packets, .. } = sums;
         let together = self.receivers_in_flight();
         let tiles = receivers.len().div_ceil(together);
         for tile in 0..tiles {
             let range = tile * together..((tile + 1) * together).min(receivers.len());
             let done = &mut |share| progress((tile as f64 + share) / tiles as f64);
             let tile = self.tile(*source, receivers, borders, range);
-            self.add_batches(rendering, packets, *source, &tile, batches.clone(), done);
+            self.add_batches(rendering, packets, *source, &tile, batches.clone(), done)?;
         }
+        ControlFlow::Continue(())
     }
 
     /// The rendering of the batches in `sums`, with everything that is deterministic.

@@ -1,6 +1,7 @@
 //! Moving listeners: Doppler shift of what is listed, energy of what is not, nothing that clicks.
 
 use std::f64::consts::{PI, TAU};
+use std::ops::ControlFlow;
 
 use glam::{DVec3, dvec3};
 use sonel_echogram::Response;
@@ -32,7 +33,8 @@ fn along(path: &Path, with_direct: bool, with_late: bool) -> Response {
 
 fn heard(response: &Response, path: &Path, signal: &[f32]) -> Vec<f64> {
     let mut channels =
-        walk(response, SLOW, 0, (path, SPACING), Listener::Point, signal, &|| ()).expect("a walk");
+        walk(response, SLOW, 0, (path, SPACING), Listener::Point, signal, &|| ControlFlow::Continue(()))
+            .expect("a walk");
     channels.remove(0).into_iter().map(f64::from).collect()
 }
 
@@ -168,14 +170,18 @@ fn walks_that_cannot_be_are_named() {
     let path = line(dvec3(-1.1, 0.0, 0.0), dvec3(1.4, 0.0, 0.0), 1.0);
     let response = along(&path, true, false);
     let walked = |path: &Path, listener: Listener<'_>| {
-        walk(&response, SLOW, 0, (path, SPACING), listener, &[1.0; 100], &|| ()).unwrap_err().to_string()
+        walk(&response, SLOW, 0, (path, SPACING), listener, &[1.0; 100], &|| ControlFlow::Continue(()))
+            .unwrap_err()
+            .to_string()
     };
     let still = line(PLACE, PLACE, 1.0);
     assert!(walked(&still, Listener::Point).contains("6 receivers, the path has 1 places"));
     assert!(walked(&path, Listener::Ambisonics(1, DVec3::Z)).contains("--directions"));
     assert!(walked(&path, Listener::Array(&[])).contains("no microphones"));
-    let through = walk(&response, SLOW, 0, (&path, SPACING), Listener::Point, &[1.0; 100], &|| ())
-        .unwrap_err()
-        .to_string();
+    let through = walk(&response, SLOW, 0, (&path, SPACING), Listener::Point, &[1.0; 100], &|| {
+        ControlFlow::Continue(())
+    })
+    .unwrap_err()
+    .to_string();
     assert!(through.contains("less than 1 cm from a source"), "{through}");
 }

@@ -154,7 +154,7 @@ pub(super) fn gather(
             return Err(Error::refused(format!("`{option}` has no free point: {found}")));
         }
         if free.len() < found.points {
-            watch.say(Severity::Note, &found.to_string());
+            watch.say(Severity::Note, &found.to_string())?;
         }
         receivers.extend(free);
         counts = Some(found);

@@ -3,7 +3,6 @@
 mod audience;
 mod change;
 mod grid;
-mod job;
 mod options;
 mod planning;
 mod refinement;
@@ -25,19 +24,18 @@ use sonel_renderer::{Estimator, ReceiverPoint, RenderSettings};
 use sonel_scene::Source;
 
 use crate::error::At;
-use crate::observer::{Observer, Watch, watched};
+use crate::observer::{Observer, Watch};
 use crate::plan::extend;
 use crate::prepared::{Design, Prepared};
 use crate::response::{Response, Surroundings};
+use crate::study::job::{Job, RenderedMap};
+use crate::until::Goal;
 use crate::{Error, Map, Result};
 
-use job::{Job, Run};
-use until::{Finished, Goal};
-
+pub use crate::study::job::VERSION;
 pub use audience::Audience;
 pub use change::Change;
 pub use grid::{Axis, Grid, GridCounts};
-pub use job::VERSION;
 pub use options::{Air, RenderOptions, parse_diffraction};
 pub use refinement::Refinement;
 pub use uncertainty::{AbsorptionUncertainty, MaterialVariants};
@@ -141,29 +139,28 @@ impl Map {
         observer: &dyn Observer,
     ) -> Result<PreparedRendering<'a>> {
         options.check()?;
-        watched(observer, |watch| {
-            watch.require_clock(options.at_most)?;
-            let begun = watch.seconds().1;
-            let Design { map, geometry, warnings } = self.changed(options)?;
-            let scene = &map.header().scene;
-            let settings = options.settings(scene)?;
-            let (shown, audience) = (options.grid.as_ref(), options.audience.as_ref());
-            let (receivers, grid) =
-                grid::gather(receivers, shown, audience, options.shard, scene, &geometry, watch)?;
-            let label = self.label();
-            let opened = watch.seconds().1;
-            Ok(PreparedRendering {
-                label,
-                prepared: self.prepared(),
-                options,
-                map,
-                geometry,
-                warnings,
-                settings,
-                receivers,
-                grid,
-                opened: opened - begun,
-            })
+        let watch = Watch(observer);
+        watch.require_clock(options.at_most)?;
+        let begun = watch.seconds().1;
+        let Design { map, geometry, warnings } = self.changed(options)?;
+        let scene = &map.header().scene;
+        let settings = options.settings(scene)?;
+        let (shown, audience) = (options.grid.as_ref(), options.audience.as_ref());
+        let (receivers, grid) =
+            grid::gather(receivers, shown, audience, options.shard, scene, &geometry, watch)?;
+        let label = self.label();
+        let opened = watch.seconds().1;
+        Ok(PreparedRendering {
+            label,
+            prepared: self.prepared(),
+            options,
+            map,
+            geometry,
+            warnings,
+            settings,
+            receivers,
+            grid,
+            opened: opened - begun,
         })
     }
 
@@ -252,10 +249,10 @@ impl PreparedRendering<'_> {
         Job {
             map,
             geometry,
-            label,
-            prepared,
+            label: Some(*label),
+            prepared: Some(*prepared),
             batches: options.batches,
-            memory: options.memory,
+            memory: Some(options.memory.unwrap_or(f64::INFINITY)),
             receivers,
             watch,
         }
@@ -266,7 +263,7 @@ impl PreparedRendering<'_> {
     /// # Errors
     /// A damaged map; [`Error::Stopped`].
     pub fn plan(&self, observer: &dyn Observer) -> Result<Plan> {
-        watched(observer, |watch| planning::plan(&self.job(watch), &self.settings, self.options.at_most))
+        planning::plan(&self.job(Watch(observer)), &self.settings, self.options.at_most)
     }
 
     /// Renders. With a `plan` the report compares.
@@ -274,37 +271,36 @@ impl PreparedRendering<'_> {
     /// # Errors
     /// A damaged map; a receiver on a surface; [`Error::Stopped`].
     pub fn render(self, plan: Option<&Plan>, observer: &dyn Observer) -> Result<Rendered> {
-        watched(observer, |watch| {
-            let job = self.job(watch);
-            let (mut run, told, is_reached) = self.run(&job)?;
-            run.response.provenance.variant.clone_from(&self.options.variant);
-            if let Some(shard) = self.options.shard {
-                run.response.mark_as_part(shard.index, shard.count);
-            }
-            let comparison = plan.map(|plan| planning::compare(plan, &job, &run, self.opened));
-            let classes = run.response.provenance.sources.iter().map(classes).collect();
-            let seconds = [run.opened, watch.seconds()];
-            let header = self.map.header();
-            let surroundings = Surroundings {
-                volume: self.geometry.volume(),
-                up: Some(header.scene.up),
-                seed: run.settings.seed.unwrap_or(header.settings.seed),
-            };
-            let response = Response::of(run.response, surroundings);
-            let Self { warnings, grid, .. } = &self;
-            let (warnings, grid) = (warnings.clone(), *grid);
-            Ok(Rendered { response, classes, warnings, grid, is_reached, seconds, comparison, told })
-        })
+        let watch = Watch(observer);
+        let job = self.job(watch);
+        let (RenderedMap { mut response, effort, opened, seconds, .. }, told, is_reached) = self.run(&job)?;
+        let comparison =
+            plan.map(|plan| planning::compare(plan, effort, &response, self.opened + seconds.total()));
+        response.provenance.variant.clone_from(&self.options.variant);
+        if let Some(shard) = self.options.shard {
+            response.mark_as_part(shard.index, shard.count);
+        }
+        let classes = response.provenance.sources.iter().map(classes).collect();
+        let header = self.map.header();
+        let surroundings = Surroundings {
+            volume: self.geometry.volume(),
+            up: Some(header.scene.up),
+            seed: self.settings.seed.unwrap_or(header.settings.seed),
+        };
+        let (response, seconds) = (Response::of(response, surroundings), [opened, watch.seconds()]);
+        let Self { warnings, grid, .. } = self;
+        Ok(Rendered { response, classes, warnings, grid, is_reached, seconds, comparison, told })
     }
 
     /// Renders once, or until the targets are kept; with what the report states of it.
-    fn run<'b>(&self, job: &Job<'b>) -> Result<(Run<'b>, Value, Option<bool>)> {
+    fn run(&self, job: &Job<'_>) -> Result<(RenderedMap, Value, Option<bool>)> {
         let Some(targets) = &self.options.until else {
-            return Ok((job.render(self.settings.clone())?, json!({}), None));
+            return Ok((job.render(&self.settings)?, json!({}), None));
         };
-        let goal = Goal { targets, rays: self.options.rays, seconds: self.options.at_most };
-        let Finished { run, verdict, told } = until::until(job, &self.settings, &goal)?;
-        Ok((run, told, Some(verdict.is_reached())))
+        let (most, seconds) = (self.options.rays.map(u64::from), self.options.at_most);
+        let goal = Goal { targets, most, seconds, watch: job.watch };
+        let (rendered, told, is_reached) = until::until(job, &self.settings, &goal)?;
+        Ok((rendered, told, Some(is_reached)))
     }
 }
 

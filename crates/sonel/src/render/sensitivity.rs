@@ -5,8 +5,7 @@ use sonel_acoustics::Coefficient;
 use sonel_renderer::ReceiverPoint;
 
 use crate::error::At;
-use crate::observer::{Observer, watched};
-use crate::{Error, Map, Mode, Result};
+use crate::{Error, Map, Mode, Observer, Result};
 
 use super::{PreparedRendering, RenderOptions};
 
@@ -33,14 +32,8 @@ impl Map {
         self.check()?;
         let PreparedRendering { mut map, geometry, settings, receivers, .. } =
             self.prepare(receivers, options, observer)?;
-        watched(observer, |watch| {
-            let sources = map.header().scene.sources.len() as f64;
-            let mut progress = |source, share| watch.progress("rendering", (source as f64 + share) / sources);
-            let varied =
-                VariedMap { map: &mut map, geometry: &geometry, receivers: &receivers, render: settings }
-                    .vary(coefficients, &mut progress);
-            watch.progress("rendering", 1.0);
-            varied.at(label)
-        })
+        VariedMap { map: &mut map, geometry: &geometry, receivers: &receivers, render: settings }
+            .vary(coefficients, observer)
+            .at(label)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use crate::study::response::render_variants;
+use crate::study::pipeline::render_variants;
 use serde_json::{Value, json};
 use sonel_acoustics::Material;
 use sonel_analysis::ReceiverParameters;
@@ -14,11 +14,11 @@ use sonel_scene::{Scene, Source};
 use crate::coefficients::{self, Coefficients};
 use crate::error::At;
 use crate::names::place;
-use crate::observer::{Observer, Severity, watched};
+use crate::observer::{Observer, Severity, Watch};
 use crate::prepared::Design;
 use crate::{Error, Map, Mode, Result};
 
-use super::job::directivity;
+use crate::study::job::directivity;
 
 /// By how much an absorption is raised: small beside what bends a parameter, large beside rounding.
 const STEP: f64 = 1e-3;
@@ -161,59 +161,47 @@ impl Map {
                 "materials of maps of --mode paper cannot be changed: trace with --mode accurate",
             ));
         }
-        watched(observer, |watch| {
-            let label = || self.label().to_owned();
-            self.sonels().require_whole().at(label)?;
-            self.check()?;
-            let Design { mut map, geometry, .. } = self.as_rendered(response)?;
-            let scene = &map.header().scene;
-            let materials = scene.materials.clone();
-            let bands = scene.bands.count();
-            let in_use =
-                |index: usize| geometry.surfaces().iter().any(|surface| surface.material as usize == index);
-            let mut steps = steps(&uncertainties(uncertainty, scene)?, &materials);
-            steps.retain(|step| in_use(step.material));
-            for step in &steps {
-                let black: Vec<String> = (0..bands)
-                    .filter(|&band| step.uncertainty[band] > 0.0 && step.by_band[band] <= 0.0)
-                    .map(|band| scene.bands.nominal()[band].to_string())
-                    .collect();
-                if !black.is_empty() {
-                    let text = format!(
-                        "material \"{}\" absorbs everything at {} Hz: its uncertainty there is left out",
-                        materials[step.material].name,
-                        black.join(", ")
-                    );
-                    watch.say(Severity::Warning, &text);
-                }
+        let label = || self.label().to_owned();
+        self.sonels().require_whole().at(label)?;
+        self.check()?;
+        let Design { mut map, geometry, .. } = self.as_rendered(response)?;
+        let scene = &map.header().scene;
+        let materials = scene.materials.clone();
+        let bands = scene.bands.count();
+        let in_use =
+            |index: usize| geometry.surfaces().iter().any(|surface| surface.material as usize == index);
+        let mut steps = steps(&uncertainties(uncertainty, scene)?, &materials);
+        steps.retain(|step| in_use(step.material));
+        for step in &steps {
+            let black: Vec<String> = (0..bands)
+                .filter(|&band| step.uncertainty[band] > 0.0 && step.by_band[band] <= 0.0)
+                .map(|band| scene.bands.nominal()[band].to_string())
+                .collect();
+            if !black.is_empty() {
+                let text = format!(
+                    "material \"{}\" absorbs everything at {} Hz: its uncertainty there is left out",
+                    materials[step.material].name,
+                    black.join(", ")
+                );
+                Watch(observer).say(Severity::Warning, &text)?;
             }
-            let sources = scene.sources.len() as f64;
-            let changed: Vec<Vec<Material>> = steps.iter().map(|step| step.applied(&materials)).collect();
-            let settings = settings(response, changed.len() + 1);
-            let whole = render_variants(
-                &mut map,
-                &geometry,
-                &receivers(response),
-                &settings,
-                &changed,
-                &mut |source, share| {
-                    watch.progress("rendering", (source as f64 + share) / sources);
-                },
-            )
-            .at(label)?;
-            watch.progress("rendering", 1.0);
-            let block = |index: usize| whole.of_bands(index * bands..(index + 1) * bands);
-            let variant = |(index, step): (usize, Step)| Variant {
-                material: materials[step.material].name.clone(),
-                share: step.share,
-                room: step.room(&materials[step.material]),
-                uncertainty: step.uncertainty,
-                echograms: block(index + 1),
-            };
-            Ok(MaterialVariants {
-                unchanged: block(0),
-                variants: steps.into_iter().enumerate().map(variant).collect(),
-            })
+        }
+        let changed: Vec<Vec<Material>> = steps.iter().map(|step| step.applied(&materials)).collect();
+        let settings = settings(response, changed.len() + 1);
+        let receivers = receivers(response);
+        let whole =
+            render_variants(&mut map, &geometry, &receivers, &settings, &changed, observer).at(label)?;
+        let block = |index: usize| whole.of_bands(index * bands..(index + 1) * bands);
+        let variant = |(index, step): (usize, Step)| Variant {
+            material: materials[step.material].name.clone(),
+            share: step.share,
+            room: step.room(&materials[step.material]),
+            uncertainty: step.uncertainty,
+            echograms: block(index + 1),
+        };
+        Ok(MaterialVariants {
+            unchanged: block(0),
+            variants: steps.into_iter().enumerate().map(variant).collect(),
         })
     }
 

@@ -1,21 +1,21 @@
 //! `until`: takes more batches, then more rays, until the targets are met, else states the rays or packets required.
 
-use std::ops::ControlFlow;
-
-use crate::study::pilot::Pilot;
-use crate::study::plan::Names;
-use crate::study::render_need::{Iteration, RenderNeed};
-use crate::study::spread::readings;
-use crate::study::target::Targets;
-use crate::study::until::{MARGIN, Verdict, WORTH_WHILE, grown};
 use serde_json::{Value, json};
+use sonel_analysis::ReceiverParameters;
+use sonel_map::Settings;
 use sonel_renderer::{MOST_RAYS, RenderSettings};
 
 use crate::Result;
-use crate::plan::{extension, overrun, reached, verdict, verdict_json};
-use crate::render::job::{Job, Run};
-use crate::render::planning::effort;
+use crate::plan::extension;
 use crate::render::refinement::steps;
+use crate::study::effort::Effort;
+use crate::study::job::{Job, RenderedMap};
+use crate::study::pilot::Pilot;
+use crate::study::plan::Names;
+use crate::study::render_need::{Iteration, RenderNeed};
+use crate::study::target::Targets;
+use crate::study::until::{MARGIN, Verdict, WORTH_WHILE, grown};
+use crate::until::{Goal, Growing, Look};
 
 /// Rays of the second iteration over those of the first: their share of the variance halves, which shows it.
 const SECOND_LOOK: u32 = 2;
@@ -24,110 +24,93 @@ const SECOND_LOOK: u32 = 2;
 /// runs that stop would hold in 92 instead of 93 of 100 at worst (means of normal numbers, 60 000 runs).
 const FIRST_BATCHES: u32 = 4;
 
-/// Targets and limits of a rendering.
-pub(super) struct Goal<'a> {
-    /// Targets of the parameters.
-    pub targets: &'a Targets,
-    /// Rays at the most, where somebody says so.
-    pub rays: Option<u32>,
-    /// Seconds by the clock since the program began, where somebody says so.
-    pub seconds: Option<f64>,
+/// A map that is rendered with a part of its batches, then with all of them and more rays.
+struct Run<'a> {
+    job: &'a Job<'a>,
+    settings: &'a RenderSettings,
+    targets: &'a Targets,
+    /// Rays at the most.
+    most: u32,
+    /// The iteration with fewer rays and all batches.
+    before: Option<Iteration>,
 }
 
-/// A rendering whose parameters were looked at.
-pub(super) struct Finished<'a> {
-    /// The last one.
-    pub run: Run<'a>,
-    /// Findings on the targets.
-    pub verdict: Verdict,
-    /// Text for stdout.
-    pub told: Value,
+impl Growing for Run<'_> {
+    type Run = RenderedMap;
+
+    fn run(
+        &mut self,
+        effort: Effort,
+        before: Option<Look<RenderedMap>>,
+    ) -> Result<(RenderedMap, Vec<ReceiverParameters>)> {
+        let before = before.filter(|look| look.effort.batches == self.all());
+        self.before =
+            before.map(|Look { effort, parameters, .. }| Iteration { rays: effort.rays, parameters });
+        let settings = RenderSettings { rays: Some(effort.rays), ..self.settings.clone() };
+        Job { batches: Some(effort.batches), ..*self.job }.read(&settings)
+    }
+
+    fn next(&self, last: &Look<RenderedMap>, growth: f64) -> Option<Effort> {
+        let (Effort { rays, batches, .. }, found) = (last.effort, &last.found);
+        if batches < self.all() {
+            let next = next_batches(batches, self.all(), found);
+            let is_affordable = f64::from(next - batches) <= growth * f64::from(batches);
+            return (!found.is_reached() && is_affordable).then_some(Effort { batches: next, ..last.effort });
+        }
+        // An iteration costs no more than in proportion to its rays.
+        let affordable = (f64::from(rays) * growth).max(0.0) as u32;
+        let next = self.forecast(last).next(rays, self.most.min(affordable));
+        next.map(|rays| Effort { rays, ..last.effort })
+    }
+
+    fn in_words(&self, Effort { rays, batches, .. }: Effort) -> String {
+        let all = self.all();
+        if batches < all { format!("{batches} of {all} batches") } else { format!("{rays} rays") }
+    }
 }
 
-/// Renders and evaluates, until the targets are kept, a bound is met, or more rays cannot help. Where a part of the batches is enough, the others
-/// are left out. Iterations with all are their own pilot: where the first is not enough, a second with more rays tells what rays bring.
-pub(super) fn until<'a>(job: &Job<'a>, settings: &RenderSettings, goal: &Goal<'_>) -> Result<Finished<'a>> {
-    let watch = job.watch;
-    let header = job.map.header();
-    let (parameters, names) = (goal.targets.parameters(), Names::of(&header.scene, job.receivers));
-    let most = goal.rays.unwrap_or(MOST_RAYS);
-    let mut rays = RenderSettings::default().rays(header.settings.emissions).min(most);
-    let some = RenderSettings { rays: Some(rays), ..settings.clone() };
-    let mut iterations = match some_batches(job, &some, goal, &names)? {
-        ControlFlow::Break(finished) => return Ok(finished),
-        ControlFlow::Continue(iterations) => iterations,
-    };
-    let mut before: Option<Iteration> = None;
-    loop {
-        let begin = job.watch.seconds().0;
-        let settings = RenderSettings { rays: Some(rays), ..settings.clone() };
-        let map = effort(job, &settings);
-        let run = job.render(settings)?;
-        let iteration = Iteration { rays, parameters: sonel_analysis::parameters(&run.response) };
-        iterations += 1;
-        let found = Verdict::new(&readings(&iteration.parameters, &parameters), goal.targets);
-        watch.info(&format!("{rays} rays: {}", verdict(&names, &found, goal.targets)));
-        let forecast = if found.is_inside() {
+impl Run<'_> {
+    /// Batches of the map.
+    fn all(&self) -> u32 {
+        self.job.map.header().settings.batches
+    }
+
+    /// Prediction from the `last` iteration and the one before: where the first with all batches is not enough, a second with more rays tells
+    /// what rays bring.
+    fn forecast(&self, last: &Look<RenderedMap>) -> RayForecast {
+        let Look { effort, found, parameters, .. } = last;
+        if found.is_inside() || effort.batches < self.all() {
             RayForecast::Inside
-        } else if before.is_none() && run.renderer.casts_rays(job.receivers) {
+        } else if self.before.is_none() && last.run.casts_rays {
             RayForecast::Unknown
         } else {
-            let pilot = Pilot::of_iterations(before.as_ref(), &iteration, &parameters, map);
-            RayForecast::Known(pilot.render_need(goal.targets, map))
-        };
-        let now = job.watch.seconds().0;
-        // An iteration costs no more than in proportion to its rays.
-        let affordable =
-            goal.seconds.map_or(f64::INFINITY, |end| f64::from(rays) * (end - now) / (now - begin).max(1e-3));
-        match forecast.next(rays, most.min(affordable.max(0.0) as u32)) {
-            Some(next) => (rays, before) = (next, Some(iteration)),
-            None => {
-                let mut told = told(&names, &found, goal.targets, &run, iterations);
-                told["rays_wanted"] = json!(forecast.rays_wanted());
-                told["packets_wanted"] = json!(forecast.packets_wanted());
-                let has_time = forecast.next(rays, most).is_none();
-                let end = if has_time { "" } else { " (time limit of `at_most`)" };
-                watch.info(&format!("{} with {rays} rays{end}: {}", reached(&found), goal.targets));
-                for sentence in [forecast.advice(job.label), overrun(goal.seconds, now)].into_iter().flatten()
-                {
-                    watch.info(&sentence);
-                }
-                return Ok(Finished { run, verdict: found, told: json!({ "until": told }) });
-            }
+            let wanted = self.targets.parameters();
+            let pilot = Pilot::of_iterations(self.before.as_ref(), parameters, &wanted, *effort);
+            RayForecast::Known(pilot.render_need(self.targets, *effort))
         }
     }
 }
 
-/// Renders a quarter of the batches and, where that promises to be enough, more of them. Goes on after so many iterations where all are needed.
-fn some_batches<'a>(
-    job: &Job<'a>,
+/// Renders and evaluates, until the targets are kept, a bound is met, or more rays cannot help; with what the report states. Where a part of
+/// the batches is enough, the others are left out.
+pub(super) fn until(
+    job: &Job<'_>,
     settings: &RenderSettings,
     goal: &Goal<'_>,
-    names: &Names,
-) -> Result<ControlFlow<Finished<'a>, u32>> {
-    let (watch, targets, all) = (job.watch, goal.targets, job.map.header().settings.batches);
-    let (mut batches, mut iterations) = (all.div_ceil(FIRST_BATCHES), 0);
-    while batches < all {
-        let begin = watch.seconds().0;
-        let run = Job { batches: Some(batches), ..*job }.render(settings.clone())?;
-        iterations += 1;
-        let read = readings(&sonel_analysis::parameters(&run.response), &targets.parameters());
-        let found = Verdict::new(&read, targets);
-        watch.info(&format!("{batches} of {all} batches: {}", verdict(names, &found, targets)));
-        let next = next_batches(batches, all, &found);
-        let now = watch.seconds().0;
-        let end = now + (now - begin) * f64::from(next - batches) / f64::from(batches);
-        let has_time = goal.seconds.is_none_or(|limit| end <= limit);
-        if found.is_reached() || !has_time {
-            let limit = if has_time { "" } else { " (time limit of `at_most`)" };
-            watch.info(&format!("{} with {batches} of {all} batches{limit}: {targets}", reached(&found)));
-            overrun(goal.seconds, now).iter().for_each(|sentence| watch.info(sentence));
-            let told = json!({ "until": told(names, &found, targets, &run, iterations) });
-            return Ok(ControlFlow::Break(Finished { run, verdict: found, told }));
-        }
-        batches = next;
-    }
-    Ok(ControlFlow::Continue(iterations))
+) -> Result<(RenderedMap, Value, bool)> {
+    let Settings { emissions, batches, .. } = job.map.header().settings;
+    let most = goal.most.map_or(MOST_RAYS, |most| most as u32);
+    let mut run = Run { job, settings, targets: goal.targets, most, before: None };
+    let names = Names::of(&job.map.header().scene, job.receivers);
+    let rays = RenderSettings::default().rays(emissions).min(most);
+    let first = Effort { emissions, rays, batches: batches.div_ceil(FIRST_BATCHES) };
+    let (look, mut told) = crate::until::until(&mut run, first, &names, goal)?;
+    let forecast = run.forecast(&look);
+    forecast.advice(job.label.unwrap_or_default()).iter().try_for_each(|advice| goal.watch.info(advice))?;
+    told["batches"] = json!(look.effort.batches);
+    told["rays_wanted"] = json!(forecast.rays_wanted());
+    told["packets_wanted"] = json!(forecast.packets_wanted());
+    Ok((look.run, json!({ "until": told }), look.found.is_reached()))
 }
 
 /// Batches of a next iteration. Half-widths go with the root of their number; what cannot be read yet may need all of them.
@@ -139,18 +122,6 @@ fn next_batches(batches: u32, all: u32, found: &Verdict) -> u32 {
         _ => f64::INFINITY,
     };
     steps(all).into_iter().find(|&step| step > batches && f64::from(step) >= needed).unwrap_or(all)
-}
-
-/// Findings of the last iteration, as the report states them.
-fn told(names: &Names, found: &Verdict, targets: &Targets, run: &Run<'_>, iterations: u32) -> Value {
-    let mut told = verdict_json(names, found, targets);
-    told["rays"] = json!(run.settings.rays);
-    told["batches"] = json!(run.renderer.batches());
-    told["iterations"] = json!(iterations);
-    // Filled in where more of either would help.
-    told["rays_wanted"] = Value::Null;
-    told["packets_wanted"] = Value::Null;
-    told
 }
 
 /// Prediction for the next iteration from those so far.
@@ -214,7 +185,6 @@ impl RayForecast {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::forecast::Effort;
 
     fn known(rays: u32, lacking: Option<u64>) -> RayForecast {
         let effort = Effort { emissions: 1000, rays, batches: 32 };

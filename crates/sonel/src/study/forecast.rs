@@ -4,31 +4,11 @@
 //! slowly, as they shrink, and that of discs faster, as the rays that end in them grow with N too. Areas of discs and spheres shrink as
 //! N^(−1/3), and with them their bias. The noise of visibility rays is mainly that of their directions: it falls as 1/M.
 
-use sonel_renderer::RenderSettings;
-
+use crate::study::effort::Effort;
 use crate::study::kurtosis;
 use crate::study::pilot::{Costs, Linear, Pilot, Spread};
 use crate::study::split::Variance;
 use crate::study::spread::{HalfWidth, student_factor};
-
-/// A run as it is planned.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Effort {
-    /// Emissions per source (per source and band where bands do not share paths).
-    pub emissions: u64,
-    /// Visibility rays of a receiver.
-    pub rays: u32,
-    /// Batches.
-    pub batches: u32,
-}
-
-impl Effort {
-    /// Tracing so many `emissions`, and rendering with the rays that they have unless others are asked for.
-    #[must_use]
-    pub fn of_trace(emissions: u64, batches: u32) -> Self {
-        Self { emissions, rays: RenderSettings::default().rays(emissions), batches }
-    }
-}
 
 /// The next number with two digits and zeros.
 pub(crate) fn two_digits_up(number: u64) -> u64 {

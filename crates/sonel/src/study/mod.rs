@@ -15,9 +15,12 @@
 
 pub mod criteria;
 pub mod effects;
+pub mod effort;
 pub mod evaluation_receivers;
 pub mod forecast;
+pub(crate) mod job;
 mod kurtosis;
+pub(crate) mod memory;
 pub mod pilot;
 pub mod pipeline;
 pub mod plan;

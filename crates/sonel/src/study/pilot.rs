@@ -11,13 +11,14 @@
 //!
 //! Everything but the seconds is a function of scene and settings.
 
-use sonel_analysis::Parameter;
+use sonel_analysis::{Parameter, ReceiverParameters};
 use sonel_map::Settings;
 use sonel_renderer::{Columns, ReceiverPoint, RenderSettings};
 
 use crate::Result;
+use crate::observer::{Observer, Silent, Watch};
 use crate::study::kurtosis;
-use crate::study::pipeline::{Clock, InMemory, NoClock, Rendered, Room, TracedMap, render_and_read};
+use crate::study::pipeline::{InMemory, RenderedMap, Room, TracedMap, render_and_read};
 use crate::study::split::{self, RenderedTwice, Variance};
 use crate::study::spread::{Place, Reading, pooled_kurtosis, readings};
 
@@ -151,25 +152,35 @@ impl PilotConfig<'_> {
     }
 }
 
+/// A rendering and its parameters.
+type Rendered = (RenderedMap, Vec<ReceiverParameters>);
+
 /// One of a pilot's runs.
 struct Run {
     emissions: f64,
     rays: u32,
     traced: TracedMap,
-    rendered: Rendered,
+    rendered: RenderedMap,
+    parameters: Vec<ReceiverParameters>,
 }
 
 impl Run {
-    fn of(config: &PilotConfig<'_>, emissions: u64, with_edges: bool, clock: &dyn Clock) -> Result<Self> {
+    fn of(
+        config: &PilotConfig<'_>,
+        emissions: u64,
+        with_edges: bool,
+        observer: &dyn Observer,
+    ) -> Result<Self> {
         let PilotConfig { room, receivers, .. } = *config;
         let seed = config.trace.seed.wrapping_add(1).wrapping_mul(SEED);
         let settings = Settings { emissions, seed, batches: BATCHES, ..config.trace };
-        let traced = room.trace(settings, &mut InMemory, clock)?;
+        let traced = room.trace(settings, &mut InMemory, observer)?;
         let rays = config.rays(emissions);
         let edges = with_edges && config.render.edges;
         let render = RenderSettings { seed: None, rays: Some(rays), edges, ..config.render.clone() };
-        let rendered = render_and_read(&traced.map, room.geometry(), receivers, &render, clock)?;
-        Ok(Self { emissions: settings.emissions as f64, rays, traced, rendered })
+        let (rendered, parameters) =
+            render_and_read(&traced.map, room.geometry(), receivers, &render, observer)?;
+        Ok(Self { emissions: settings.emissions as f64, rays, traced, rendered, parameters })
     }
 
     /// CPU seconds of a run of so many emissions that is heard twice where rays are planned; at the most, as every
@@ -187,10 +198,11 @@ impl Run {
 ///
 /// # Errors
 /// The errors of [`Room::trace`] and [`render_and_read`].
-pub fn run(config: &PilotConfig<'_>, clock: &dyn Clock) -> Result<Pilot> {
+pub fn run(config: &PilotConfig<'_>, observer: &dyn Observer) -> Result<Pilot> {
+    let clock = Watch(observer).clock();
     let begin = clock.process();
     let least = EMISSIONS[EMISSIONS.len() - 1];
-    let shorter = Run::of(config, least / SHORTER, true, clock)?;
+    let shorter = Run::of(config, least / SHORTER, true, observer)?;
     let ends_in_time = |emissions| {
         let end = config.seconds.map_or(f64::INFINITY, |seconds| begin + seconds);
         clock.process() + shorter.seconds_of(emissions, config) <= end
@@ -199,27 +211,27 @@ pub fn run(config: &PilotConfig<'_>, clock: &dyn Clock) -> Result<Pilot> {
     if !is_heavy(config, &shorter)
         && let Some(emissions) = lengths(config, &shorter, WORK).find(|&emissions| ends_in_time(emissions))
     {
-        run = Some(Run::of(config, emissions, false, clock)?);
+        run = Some(Run::of(config, emissions, false, observer)?);
     }
     if is_heavy(config, run.as_ref().unwrap_or(&shorter)) {
         let known = run.as_ref().map_or(0.0, |run| run.emissions);
         let longer = |emissions: &u64| *emissions as f64 > known && ends_in_time(*emissions);
         if let Some(emissions) = lengths(config, &shorter, WORK_FOR_TAILS).find(longer) {
-            run = Some(Run::of(config, emissions, false, clock)?);
+            run = Some(Run::of(config, emissions, false, observer)?);
         }
     }
     let Some(run) = run else { return Ok(found(config, &shorter, &shorter, None)) };
     let tells_rays = config.is_traced && run.rendered.casts_rays;
-    let fewer = tells_rays.then(|| render_with_fewer_rays(config, &run, clock)).transpose()?;
+    let fewer = tells_rays.then(|| render_with_fewer_rays(config, &run, observer)).transpose()?;
     Ok(found(config, &shorter, &run, fewer.as_ref()))
 }
 
 /// Values of the runs.
 fn found(config: &PilotConfig<'_>, shorter: &Run, run: &Run, fewer: Option<&Rendered>) -> Pilot {
-    let found = readings(&run.rendered.parameters, config.parameters);
+    let found = readings(&run.parameters, config.parameters);
     let others = fewer.map(|fewer| RenderedTwice {
-        parameters: &run.rendered.parameters,
-        others: &fewer.parameters,
+        parameters: &run.parameters,
+        others: &fewer.1,
         // Rays of their own: the difference holds the noise of both.
         excess: 1.0 + f64::from(FEWER_RAYS),
         batches: run.traced.map.header().settings.batches,
@@ -243,13 +255,13 @@ fn found(config: &PilotConfig<'_>, shorter: &Run, run: &Run, fewer: Option<&Rend
 /// The errors of [`Room::trace`].
 pub fn segments(config: &PilotConfig<'_>) -> Result<f64> {
     let settings = Settings { emissions: FEW, seed: config.trace.seed.wrapping_mul(SEED), ..config.trace };
-    let traced = config.room.trace(settings, &mut InMemory, &NoClock)?;
+    let traced = config.room.trace(settings, &mut InMemory, &Silent)?;
     Ok(traced.ledger.segments as f64 / (FEW * config.room.scene().sources.len() as u64) as f64)
 }
 
 /// Whether few strong paths carry a parameter of `run`: only more emissions find them.
 fn is_heavy(config: &PilotConfig<'_>, run: &Run) -> bool {
-    let found = readings(&run.rendered.parameters, config.parameters);
+    let found = readings(&run.parameters, config.parameters);
     config.parameters.iter().any(|&parameter| pooled_kurtosis(&found, parameter) > kurtosis::HEAVY)
 }
 
@@ -262,12 +274,12 @@ fn lengths(config: &PilotConfig<'_>, shorter: &Run, limit: f64) -> impl Iterator
 }
 
 /// The same map, heard with fewer rays and other choices.
-fn render_with_fewer_rays(config: &PilotConfig<'_>, run: &Run, clock: &dyn Clock) -> Result<Rendered> {
+fn render_with_fewer_rays(config: &PilotConfig<'_>, run: &Run, observer: &dyn Observer) -> Result<Rendered> {
     let map = &run.traced.map;
     let seed = map.header().settings.seed.wrapping_mul(SEED);
     let rays = run.rays.div_ceil(FEWER_RAYS);
     let render = RenderSettings { seed: Some(seed), rays: Some(rays), ..config.render.clone() };
-    render_and_read(map, config.room.geometry(), config.receivers, &render, clock)
+    render_and_read(map, config.room.geometry(), config.receivers, &render, observer)
 }
 
 /// How uncertain the parameters are that were `found` in a run of so many emissions and batches, where visibility rays have a `share` of
@@ -294,7 +306,7 @@ fn costs(few: &Run, many: &Run, fewer: Option<&Rendered>) -> Costs {
     let deterministic = few.rendered.seconds.deterministic;
     let render = line(&|run| run.rendered.seconds.sweep);
     let rays = fewer.map_or(0.0, |fewer| {
-        let saved = many.rendered.seconds.sweep - fewer.seconds.sweep;
+        let saved = many.rendered.seconds.sweep - fewer.0.seconds.sweep;
         (saved / (1.0 - 1.0 / f64::from(FEWER_RAYS))).max(0.0)
     });
     Costs {
@@ -311,6 +323,7 @@ fn costs(few: &Run, many: &Run, fewer: Option<&Rendered>) -> Costs {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Clock;
     use crate::study::evaluation_receivers::evaluation_receivers;
     use crate::study::plan::Plan;
     use crate::study::spread::PLANNED;
@@ -322,6 +335,12 @@ mod tests {
     /// A second passes whenever somebody asks for the time.
     #[derive(Default)]
     struct Ticking(Mutex<f64>);
+
+    impl Observer for Ticking {
+        fn clock(&self) -> Option<&dyn Clock> {
+            Some(self)
+        }
+    }
 
     impl Clock for Ticking {
         fn wall(&self) -> f64 {
@@ -347,7 +366,8 @@ mod tests {
             .with_duration(0.8)
             .with_source("source", [1.0, 1.0, 1.5])
             .with_receiver("seat", [4.2, 3.4, 1.2]);
-        let room = Room::within(&scene, scene.geometry().expect("walls"), Vec::new());
+        let geometry = scene.geometry().expect("walls");
+        let room = Room::within(&scene, &geometry, &[]);
         let receivers = evaluation_receivers(&scene, room.geometry());
         let config = PilotConfig {
             room: &room,

@@ -1,50 +1,25 @@
 //! The stages: a scene traced, its map rendered and its parameters read, with what each phase costs.
 //!
 //! Runs, pilots and studies call these functions, so that a pilot costs what a run does. Where the map is kept is the caller's choice
-//! ([`MapStore`]; [`InMemory`] for short runs), and so is the clock ([`Clock`]). Tracing and rendering are separate, so that one map can be
+//! ([`MapStore`]; [`InMemory`] for short runs), and so is the clock ([`Observer::clock`]). Tracing and rendering are separate, so that one map can be
 //! rendered in several ways.
 
 use std::io::{Cursor, Seek, Write};
-use std::sync::Arc;
 
-use sonel_analysis::{ReceiverParameters, parameters};
+use sonel_acoustics::Material;
+use sonel_analysis::ReceiverParameters;
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{EffectState, Ledger, MapError, MapHeader, MapWriter, Settings, ShardRange, SonelMap};
-use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_renderer::{ReceiverPoint, RenderSettings};
 use sonel_scene::Scene;
 use sonel_tracer::{TracedChunk, Tracer};
 
-use crate::study::response;
+use crate::observer::{Observer, Watch};
+use crate::study::job::Job;
 use crate::{Error, Result};
 
-/// Seconds since any moments, which must not change during a run.
-pub trait Clock: Sync {
-    /// Time of the clock on the wall [s].
-    fn wall(&self) -> f64;
-    /// CPU time of all threads of the process [s].
-    fn process(&self) -> f64;
-    /// CPU time of the thread that asks [s].
-    fn thread(&self) -> f64;
-}
-
-/// For trials whose cost does not matter: it is always the same time.
-#[derive(Debug, Clone, Copy)]
-pub struct NoClock;
-
-impl Clock for NoClock {
-    fn wall(&self) -> f64 {
-        0.0
-    }
-
-    fn process(&self) -> f64 {
-        0.0
-    }
-
-    fn thread(&self) -> f64 {
-        0.0
-    }
-}
+pub use crate::study::job::{RenderSeconds, RenderedMap};
 
 /// Storage of a map while it is tried.
 pub trait MapStore {
@@ -81,10 +56,11 @@ impl MapStore for InMemory {
 }
 
 /// A scene and its walls, ready for any number of trials.
+#[derive(Clone)]
 pub struct Room<'a> {
     scene: &'a Scene,
-    effects: Vec<EffectState>,
-    geometry: Arc<Geometry>,
+    effects: &'a [EffectState],
+    geometry: &'a Geometry,
 }
 
 /// A traced map and what it cost.
@@ -108,33 +84,6 @@ pub struct TraceSeconds {
     pub open: f64,
 }
 
-/// The rendering of a map, and what it cost.
-pub struct Rendered {
-    /// By source.
-    pub renderings: Vec<Rendering>,
-    /// Echograms and batches.
-    pub response: Response,
-    /// Value and interval of every parameter, source by source and receiver by receiver.
-    pub parameters: Vec<ReceiverParameters>,
-    /// Whether visibility rays were cast.
-    pub casts_rays: bool,
-    /// What it cost.
-    pub seconds: RenderSeconds,
-}
-
-/// CPU seconds of rendering.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct RenderSeconds {
-    /// Checking every path, laying out surfaces [s].
-    pub prepare: f64,
-    /// Direct sound, image-source paths and edges [s].
-    pub deterministic: f64,
-    /// Sweeping the paths: connections, gather and crossings together [s].
-    pub sweep: f64,
-    /// Reading the parameters with their intervals [s].
-    pub parameters: f64,
-}
-
 impl TraceSeconds {
     /// All of it.
     #[must_use]
@@ -143,19 +92,11 @@ impl TraceSeconds {
     }
 }
 
-impl RenderSeconds {
-    /// All of it.
-    #[must_use]
-    pub fn total(&self) -> f64 {
-        self.prepare + self.deterministic + self.sweep + self.parameters
-    }
-}
-
 impl<'a> Room<'a> {
     /// Makes `scene` with the walls `geometry` ready. `effects` are those that [`crate::study::effects::decide`] decided for it; they go into the maps.
     #[must_use]
-    pub fn within(scene: &'a Scene, geometry: impl Into<Arc<Geometry>>, effects: Vec<EffectState>) -> Self {
-        Self { scene, effects, geometry: geometry.into() }
+    pub fn within(scene: &'a Scene, geometry: &'a Geometry, effects: &'a [EffectState]) -> Self {
+        Self { scene, effects, geometry }
     }
 
     /// The scene.
@@ -166,8 +107,8 @@ impl<'a> Room<'a> {
 
     /// Walls.
     #[must_use]
-    pub fn geometry(&self) -> &Geometry {
-        &self.geometry
+    pub fn geometry(&self) -> &'a Geometry {
+        self.geometry
     }
 
     /// Traces the whole run into a map.
@@ -178,10 +119,9 @@ impl<'a> Room<'a> {
         &self,
         settings: Settings,
         store: &mut impl MapStore,
-        clock: &dyn Clock,
+        observer: &dyn Observer,
     ) -> Result<TracedMap> {
-        let header = whole_run(self.scene, self.effects.clone(), settings);
-        trace(&header, &self.geometry, None, store, clock, &mut |_| {})
+        trace(&whole_run(self.scene, self.effects.to_vec(), settings), self.geometry, None, store, observer)
     }
 }
 
@@ -193,18 +133,19 @@ pub fn whole_run(scene: &Scene, effects: Vec<EffectState>, settings: Settings) -
 }
 
 /// Traces the run of `header`, whose walls are `geometry`, into `store`: all of its shard, or what it has beyond the map `beginning`.
-/// `progress` receives the share that is done.
 ///
 /// # Errors
-/// When the room leaks or the map cannot be stored.
+/// When the room leaks or the map cannot be stored; [`Error::Stopped`].
 pub fn trace(
     header: &MapHeader,
     geometry: &Geometry,
     beginning: Option<&SonelMap>,
     store: &mut impl MapStore,
-    clock: &dyn Clock,
-    progress: &mut (dyn FnMut(f64) + Send),
+    observer: &dyn Observer,
 ) -> Result<TracedMap> {
+    const STEP: &str = "tracing";
+    let watch = Watch(observer);
+    let clock = watch.clock();
     let begin = clock.process();
     let tracer = Tracer::of(header, geometry);
     let total = tracer.packets(header.shard) * header.scene.sources.len() as u64;
@@ -212,18 +153,18 @@ pub fn trace(
     let (mut done, mut write) = (0, 0.0);
     let sink = |chunk: TracedChunk| {
         done += chunk.paths.ends.len() as u64;
-        progress(done as f64 / total.max(1) as f64);
+        watch.progress(STEP, done as f64 / total.max(1) as f64)?;
         // Other threads trace meanwhile; only this one writes.
         let before = clock.thread();
         let pushed = writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.ledger);
         write += clock.thread() - before;
-        pushed
+        pushed.map_err(Error::Write)
     };
     let ledger = match beginning {
         Some(beginning) => tracer.extend(beginning, sink),
         None => tracer.run(header.shard, sink),
     }?;
-    progress(1.0);
+    watch.progress(STEP, 1.0)?;
     let traced = clock.process() - begin - write;
     let before = clock.process();
     let written = writer.finish(header, geometry).map_err(Error::Write)?;
@@ -234,36 +175,40 @@ pub fn trace(
     Ok(TracedMap { map, ledger, seconds })
 }
 
-/// Renders every source of `map`, whose walls are `geometry`, at `receivers` and reads the parameters.
+/// Renders every source of `map`, whose walls are `geometry`, at `receivers` and reads the parameters, source by source and receiver by
+/// receiver.
 ///
 /// # Errors
-/// When a receiver is impossible, a setting out of range, or the map damaged.
+/// When a receiver is impossible, a setting out of range, or the map damaged; [`Error::Stopped`].
 pub fn render_and_read(
     map: &SonelMap,
     geometry: &Geometry,
     receivers: &[ReceiverPoint],
     settings: &RenderSettings,
-    clock: &dyn Clock,
-) -> Result<Rendered> {
-    let mut seconds = RenderSeconds::default();
-    let begin = clock.process();
-    let renderer = Renderer::new(map, geometry, settings.clone())?;
-    seconds.prepare = clock.process() - begin;
-    let (mut last, mut sweeping) = (clock.process(), None);
-    let renderings = response::render(map, &renderer, receivers, &mut |source, share| {
-        let now = clock.process();
-        // What is deterministic is done before the first report of a source and after that of its last batch.
-        if sweeping == Some(source) {
-            seconds.sweep += now - last;
-        } else {
-            seconds.deterministic += now - last;
-        }
-        (last, sweeping) = (now, Some(source).filter(|_| share < 1.0));
-    })?;
-    let begin = clock.process();
-    let response = response::assemble(map, &renderer, receivers, &renderings);
-    let parameters = parameters(&response);
-    seconds.parameters = clock.process() - begin;
-    let casts_rays = renderer.casts_rays(receivers);
-    Ok(Rendered { renderings, response, parameters, casts_rays, seconds })
+    observer: &dyn Observer,
+) -> Result<(RenderedMap, Vec<ReceiverParameters>)> {
+    Job::of(map, geometry, receivers, Watch(observer)).read(settings)
+}
+
+/// The response of `map` and, behind its bands, of variants of its materials: they share packets, rays and random numbers with it, so that
+/// differences have hardly any noise of their own. Edges do not diffract, and what reveals the bias of discs is left out: it is the same in
+/// all variants. So is the provenance.
+///
+/// # Errors
+/// When the map cannot be rendered; [`Error::Stopped`].
+pub fn render_variants(
+    map: &mut SonelMap,
+    geometry: &Geometry,
+    receivers: &[ReceiverPoint],
+    settings: &RenderSettings,
+    variants: &[Vec<Material>],
+    observer: &dyn Observer,
+) -> Result<Response> {
+    let before = map.widen(variants);
+    let settings = RenderSettings { edges: false, ..settings.clone() };
+    let rendered = Job::of(map, geometry, receivers, Watch(observer)).render(&settings);
+    map.narrow(before);
+    let mut response = Response { provenance: Default::default(), ..rendered?.response };
+    response.batches.iter_mut().for_each(|batches| batches.kernel_difference.clear());
+    Ok(response)
 }

@@ -6,7 +6,8 @@
 use sonel_analysis::{Parameter, ReceiverParameters};
 use sonel_renderer::{Columns, MOST_RAYS};
 
-use crate::study::forecast::{Effort, least_within, two_digits_up};
+use crate::study::effort::Effort;
+use crate::study::forecast::{least_within, two_digits_up};
 use crate::study::pilot::{Costs, Pilot, Spread, spreads};
 use crate::study::split::RenderedTwice;
 use crate::study::spread::{Place, readings};
@@ -36,32 +37,32 @@ pub struct Iteration {
 }
 
 impl Pilot {
-    /// What two iterations on the map of the packets and batches of `map` tell of a third, in place of a pilot: `last` with more rays than `before`,
+    /// What two iterations on a map tell of a third, in place of a pilot: the `last` of this `effort` with more rays than `before`,
     /// those of `before` among them. Where no rays are cast one look tells all. Nothing is known of costs.
     #[must_use]
     pub fn of_iterations(
         before: Option<&Iteration>,
-        last: &Iteration,
+        last: &[ReceiverParameters],
         parameters: &[Parameter],
-        map: Effort,
+        effort: Effort,
     ) -> Self {
-        let found = readings(&last.parameters, parameters);
+        let found = readings(last, parameters);
         // The later look is a mean of the rays of the earlier and of new ones: its rays' variance is that of the difference over the factor of
         // their numbers less one.
         let twice = before.map(|before| RenderedTwice {
-            parameters: &last.parameters,
+            parameters: last,
             others: &before.parameters,
-            excess: f64::from(last.rays) / f64::from(before.rays) - 1.0,
-            batches: map.batches,
+            excess: f64::from(effort.rays) / f64::from(before.rays) - 1.0,
+            batches: effort.batches,
         });
         let share = |parameter| twice.as_ref().map_or(0.0, |twice| twice.share(&found, parameter));
         Self {
-            emissions: map.emissions,
-            batches: map.batches,
-            rays: last.rays,
+            emissions: effort.emissions,
+            batches: effort.batches,
+            rays: effort.rays,
             casts_rays: twice.is_some(),
             columns: Columns::PLAIN,
-            spreads: spreads(&found, map.emissions, map.batches, share),
+            spreads: spreads(&found, effort.emissions, effort.batches, share),
             costs: Costs::default(),
         }
     }

@@ -2,16 +2,13 @@
 //!
 //! What the response says of its provenance is left to whoever writes it to a file.
 
-use sonel_acoustics::{Material, Pattern};
+use sonel_acoustics::Pattern;
 use sonel_echogram::{
     ArrivalKind, Arrivals, Batches, Directions, Lateral, Missing, ReceiverDirectivity, Response,
     batch_time_edges,
 };
-use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
-use sonel_renderer::{
-    BatchSums, CoarseEchogram, Columns, ReceiverPoint, RenderError, RenderSettings, Renderer, Rendering,
-};
+use sonel_renderer::{BatchSums, CoarseEchogram, Columns, ReceiverPoint, RenderError, Renderer, Rendering};
 use sonel_scene::Scene;
 
 /// Receivers whose sums are in memory at once, 2 MB each, of which the response keeps a fifth; enough to keep all cores busy.
@@ -54,52 +51,7 @@ pub fn begin(
     (0..scene.sources.len()).map(begin).collect()
 }
 
-/// Renders every source of `map` at `receivers`; `progress` receives the index of the source and the share of it that is done.
-///
-/// # Errors
-/// [`RenderError::Receivers`] with all problems of all receivers.
-pub fn render(
-    map: &SonelMap,
-    renderer: &Renderer<'_>,
-    receivers: &[ReceiverPoint],
-    progress: &mut (dyn FnMut(usize, f64) + Send),
-) -> Result<Vec<Rendering>, RenderError> {
-    let scene = &map.header().scene;
-    (0..scene.sources.len())
-        .map(|source| {
-            let borders = borders(scene, renderer, source, receivers);
-            renderer.render(source, receivers, &borders, &mut |share| progress(source, share))
-        })
-        .collect()
-}
-
-/// The response of `map` and, behind its bands, of variants of its materials: they share packets, rays and random numbers with it, so that
-/// differences have hardly any noise of their own. Edges do not diffract, and what reveals the bias of discs is left out: it is the same in
-/// all variants.
-///
-/// # Errors
-/// When the map cannot be rendered.
-pub fn render_variants(
-    map: &mut SonelMap,
-    geometry: &Geometry,
-    receivers: &[ReceiverPoint],
-    settings: &RenderSettings,
-    variants: &[Vec<Material>],
-    progress: &mut (dyn FnMut(usize, f64) + Send),
-) -> Result<Response, RenderError> {
-    let before = map.widen(variants);
-    let rendered = Renderer::new(map, geometry, RenderSettings { edges: false, ..settings.clone() })
-        .and_then(|renderer| {
-            let renderings = render(map, &renderer, receivers, progress)?;
-            let mut response = assemble(map, &renderer, receivers, &renderings);
-            response.batches.iter_mut().for_each(|batches| batches.kernel_difference.clear());
-            Ok(response)
-        });
-    map.narrow(before);
-    rendered
-}
-
-/// The response of `renderings`, which [`render()`] made; its provenance is empty.
+/// The response of `renderings`; its provenance is empty.
 #[must_use]
 pub fn assemble(
     map: &SonelMap,

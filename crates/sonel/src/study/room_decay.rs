@@ -12,13 +12,14 @@ use sonel_analysis::{DecayCurve, Echogram};
 use sonel_echogram::Response;
 use sonel_geometry::{Geometry, LARGEST_TURN};
 use sonel_map::Settings;
-use sonel_renderer::{RenderSettings, Renderer};
+use sonel_renderer::RenderSettings;
 use sonel_scene::{LONGEST_DEFAULT_DURATION, Scene};
 
 use crate::Result;
+use crate::observer::{Silent, Watch};
 use crate::study::evaluation_receivers::evaluation_receivers;
-use crate::study::pipeline::{InMemory, NoClock, trace, whole_run};
-use crate::study::response;
+use crate::study::job::Job;
+use crate::study::pipeline::{InMemory, Room};
 
 /// Packets of each source: a level of −50 dB is certain to a few decibels.
 const PACKETS: u64 = 2048;
@@ -48,22 +49,14 @@ impl RoomDecay {
         let longest = (MOST_SABINE_TIMES * sabine).min(LONGEST_DEFAULT_DURATION).min(turning);
         let scene = scene.clone().with_duration(longest);
         let settings = Settings { emissions: PACKETS, ..Settings::default() };
-        let traced = trace(
-            &whole_run(&scene, Vec::new(), settings),
-            geometry,
-            None,
-            &mut InMemory,
-            &NoClock,
-            &mut |_| {},
-        )?;
+        let map = Room::within(&scene, geometry, &[]).trace(settings, &mut InMemory, &Silent)?.map;
         // Few images: spheres take what they leave. With a gradient there are none. Edges do not change how a room decays.
         let mirror_order = (gradient <= 0.0).then_some(1);
         let settings =
             RenderSettings { rays: Some(RAYS), mirror_order, edges: false, ..RenderSettings::default() };
         let receivers = evaluation_receivers(&scene, geometry);
-        let renderer = Renderer::new(&traced.map, geometry, settings)?;
-        let renderings = response::render(&traced.map, &renderer, &receivers, &mut |_, _| {})?;
-        Ok(Some(Self { response: response::assemble(&traced.map, &renderer, &receivers, &renderings) }))
+        let rendered = Job::of(&map, geometry, &receivers, Watch(&Silent)).render(&settings)?;
+        Ok(Some(Self { response: rendered.response }))
     }
 
     /// Curves with the indices of their bands; none where no sound arrives or it does not decay.

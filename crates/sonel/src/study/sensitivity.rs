@@ -9,9 +9,10 @@ use sonel_analysis::sensitivity::{Sensitivity, Slope, slopes};
 use sonel_analysis::{Parameter, ReceiverParameters, parameters};
 use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
-use sonel_renderer::{ReceiverPoint, RenderError, RenderSettings};
+use sonel_renderer::{ReceiverPoint, RenderSettings};
 
-use crate::study::response;
+use crate::study::pipeline::render_variants;
+use crate::{Observer, Result};
 
 /// By how much a coefficient is raised or lowered: small beside what bends a parameter, large beside rounding.
 const STEP: f64 = 1e-3;
@@ -83,12 +84,8 @@ impl VariedMap<'_> {
     /// Renders it with a variant for each of `coefficients` of every material in use.
     ///
     /// # Errors
-    /// When the map cannot be rendered.
-    pub fn vary(
-        &mut self,
-        coefficients: &[Coefficient],
-        progress: &mut (dyn FnMut(usize, f64) + Send),
-    ) -> Result<Varied, RenderError> {
+    /// When the map cannot be rendered; [`crate::Error::Stopped`].
+    pub fn vary(&mut self, coefficients: &[Coefficient], observer: &dyn Observer) -> Result<Varied> {
         let scene = &self.map.header().scene;
         let (materials, bands) = (scene.materials.clone(), scene.bands.count());
         let mut variants = variants(&materials, self.geometry);
@@ -96,7 +93,7 @@ impl VariedMap<'_> {
         let changed: Vec<Vec<Material>> =
             variants.iter().map(|variant| variant.applied(&materials)).collect();
         let Self { map, geometry, receivers, render } = self;
-        let response = response::render_variants(map, geometry, receivers, render, &changed, progress)?;
+        let response = render_variants(map, geometry, receivers, render, &changed, observer)?;
         let materials = materials.into_iter().map(|material| material.name).collect();
         Ok(Varied { variants, materials, bands, parameters: parameters(&response) })
     }

@@ -4,7 +4,7 @@
 //! the widest, with the materials of the scene or others that the map is to carry, tells how many packets are enough, at most [`Settings::default`]'s. Where that is far from the packets that were looked at,
 //! more of them are looked at first. The run continues the packets that are there, so its bytes are those of a run with as many packets.
 
-use crate::study::pipeline::{InMemory, MapStore};
+use crate::study::pipeline::{InMemory, MapStore, trace};
 use crate::study::plan::{LEAST_PER_BATCH, Names};
 use crate::study::target::Targets;
 use crate::study::until::{MARGIN, Verdict, Worst};
@@ -18,7 +18,7 @@ use crate::plan::named;
 use crate::quantity::count;
 use crate::trace::planner::Planner;
 use crate::trace::until::evaluate;
-use crate::trace::{Finished, TraceOptions, trace};
+use crate::trace::{Finished, TraceOptions};
 
 /// Widest half-width of level, T30, EDT and C80 [JND]: nobody notices a difference between two runs.
 const WIDEST: f64 = 0.5;
@@ -58,7 +58,7 @@ pub(super) fn enough(
     let mut known: Option<SonelMap> = None;
     let others = header.scene.other_materials();
     let need = loop {
-        let map = trace(&with(looked_at), geometry, known.as_ref(), &mut InMemory, watch)?.map;
+        let map = trace(&with(looked_at), geometry, known.as_ref(), &mut InMemory, watch.0)?.map;
         let look = |map: &SonelMap| -> Result<Need> {
             let (found, ..) = evaluate(planner, map, &edgeless, &targets, watch)?;
             Ok(Need::of(found, looked_at))
@@ -81,9 +81,9 @@ pub(super) fn enough(
         looked_at = next;
     };
     let emissions = need.packets.clamp(looked_at, most);
-    let traced = trace(&with(emissions), geometry, known.as_ref(), store, watch)?;
+    let traced = trace(&with(emissions), geometry, known.as_ref(), store, watch.0)?;
     let names = Names::of(&header.scene, &planner.evaluation_receivers);
-    watch.info(&need.in_words(emissions, &names));
+    watch.info(&need.in_words(emissions, &names))?;
     let told = json!({ "enough": need.json(emissions, &names) });
     Ok(Finished { traced, told, is_reached: None })
 }

@@ -11,24 +11,24 @@ use std::sync::{Arc, LazyLock};
 
 use crate::study::effects::{self, Decision};
 use crate::study::pilot::SHARE_OF_TIME;
-use crate::study::pipeline::{self, MapStore, Room, TracedMap};
+use crate::study::pipeline::{MapStore, Room, TracedMap, trace};
 use crate::study::plan::Plan;
 use crate::study::room_decay;
 use crate::study::spread::PLANNED;
 use serde_json::{Value, json};
 use sonel_geometry::Geometry;
-use sonel_map::{Ledger, MapHeader, Mode, Settings, SonelMap};
+use sonel_map::{Ledger, MapHeader, Mode, Settings};
 use sonel_renderer::RenderSettings;
 
 use crate::error::At;
-use crate::observer::{Observer, Severity, Watch, watched};
+use crate::observer::{Observer, Severity, Watch};
 use crate::plan::extend;
 use crate::store::TemporaryMaps;
+use crate::until::Goal;
 use crate::version::version;
 use crate::{Error, Map, Result, Scene, variants};
 
 use planner::Planner;
-use until::Goal;
 
 pub use options::TraceOptions;
 
@@ -88,15 +88,13 @@ impl Scene {
         options: &'a TraceOptions<'a>,
         observer: &dyn Observer,
     ) -> Result<PreparedTrace<'a>> {
-        let settings = options.settings()?;
-        watched(observer, |watch| {
-            watch.require_clock(options.at_most)?;
-            let prepared = begin(self, options, settings, watch)?;
-            if !prepared.header.scene.variants.is_empty() {
-                watch.info(&variants::in_words(&prepared.header.scene));
-            }
-            Ok(prepared)
-        })
+        let (settings, watch) = (options.settings()?, Watch(observer));
+        watch.require_clock(options.at_most)?;
+        let prepared = begin(self, options, settings, watch)?;
+        if !prepared.header.scene.variants.is_empty() {
+            watch.info(&variants::in_words(&prepared.header.scene))?;
+        }
+        Ok(prepared)
     }
 }
 
@@ -110,8 +108,7 @@ pub struct PreparedTrace<'a> {
 
 impl PreparedTrace<'_> {
     fn planner(&self) -> Planner<'_> {
-        let geometry = Arc::clone(&self.geometry);
-        let room = Room::within(&self.header.scene, geometry, self.header.effects.clone());
+        let room = Room::within(&self.header.scene, &self.geometry, &self.header.effects);
         Planner::new(room, self.header.settings)
     }
 
@@ -120,14 +117,12 @@ impl PreparedTrace<'_> {
     /// # Errors
     /// A room that leaks; [`Error::Stopped`].
     pub fn plan(&self, observer: &dyn Observer) -> Result<Plan> {
-        watched(observer, |watch| {
-            let planner = self.planner();
-            let seconds = self.options.at_most.map(|seconds| SHARE_OF_TIME * seconds);
-            let pilot = planner.pilot(&PLANNED, seconds, watch)?;
-            let bin = RenderSettings::default().bin;
-            let Planner { evaluation_receivers, settings, .. } = &planner;
-            Ok(Plan::of_trace(pilot, &self.header.scene, evaluation_receivers, settings.batches, bin))
-        })
+        let planner = self.planner();
+        let seconds = self.options.at_most.map(|seconds| SHARE_OF_TIME * seconds);
+        let pilot = planner.pilot(&PLANNED, seconds, Watch(observer))?;
+        let bin = RenderSettings::default().bin;
+        let Planner { evaluation_receivers, settings, .. } = &planner;
+        Ok(Plan::of_trace(pilot, &self.header.scene, evaluation_receivers, settings.batches, bin))
     }
 
     /// Decisions on effects with their reasons, in lines.
@@ -152,20 +147,18 @@ impl PreparedTrace<'_> {
         store: &mut impl MapStore,
         observer: &dyn Observer,
     ) -> Result<Traced> {
-        watched(observer, |watch| {
-            let planner = self.planner();
-            if self.options.packets.is_some() || self.options.until.is_none() {
-                planner.check_feasible(self.header.shard, self.options.memory, watch)?;
-            }
-            let Finished { traced, told, is_reached } = self.run(&planner, plan, store, watch)?;
-            let TracedMap { map, ledger, .. } = traced;
-            let seconds = watch.seconds();
-            drop(planner);
-            let map = Map::of(map, "the map".to_owned());
-            warn_of_empty_batches(&self.header.settings, watch);
-            check(&ledger)?;
-            Ok(Traced { map, ledger, decisions: self.decisions, is_reached, seconds, told })
-        })
+        let (planner, watch) = (self.planner(), Watch(observer));
+        if self.options.packets.is_some() || self.options.until.is_none() {
+            planner.check_feasible(self.header.shard, self.options.memory, watch)?;
+        }
+        let Finished { traced, told, is_reached } = self.run(&planner, plan, store, watch)?;
+        let TracedMap { map, ledger, .. } = traced;
+        let seconds = watch.seconds();
+        drop(planner);
+        let map = Map::of(map, "the map".to_owned());
+        warn_of_empty_batches(&self.header.settings, watch)?;
+        check(&ledger)?;
+        Ok(Traced { map, ledger, decisions: self.decisions, is_reached, seconds, told })
     }
 
     fn run(
@@ -177,21 +170,21 @@ impl PreparedTrace<'_> {
     ) -> Result<Finished> {
         let beginning = self.options.extend.map(Map::sonels);
         if let Some(targets) = &self.options.until {
-            let (packets, seconds) = (self.options.packets, self.options.at_most);
-            let goal = Goal { targets, packets, seconds, watch };
+            let (most, seconds) = (self.options.packets, self.options.at_most);
+            let goal = Goal { targets, most, seconds, watch };
             return until::until(planner, &self.header, beginning, &goal, store);
         }
         let before = watch.seconds().1;
         let Finished { traced, mut told, .. } = if enough::decides(self.options) {
             enough::enough(planner, &self.header, store, watch)?
         } else {
-            let traced = trace(&self.header, &self.geometry, beginning, store, watch)?;
+            let traced = trace(&self.header, &self.geometry, beginning, store, watch.0)?;
             Finished { traced, told: json!({}), is_reached: None }
         };
         let seconds = watch.seconds().1 - before;
         if let Some(plan) = plan.filter(|_| self.options.shard.is_none()) {
             let comparison = until::compare_planned(planner, &plan.pilot, &traced.map, seconds, watch)?;
-            watch.info(&comparison.line());
+            watch.info(&comparison.line())?;
             extend(&mut told, &comparison.json());
         }
         Ok(Finished { traced, told, is_reached: None })
@@ -206,26 +199,14 @@ struct Finished {
     is_reached: Option<bool>,
 }
 
-fn warn_of_empty_batches(settings: &Settings, watch: Watch<'_>) {
+fn warn_of_empty_batches(settings: &Settings, watch: Watch<'_>) -> Result<()> {
     let Settings { emissions, batches, .. } = *settings;
-    if emissions < u64::from(batches) {
-        let text = format!(
-            "{emissions} packets in {batches} batches: some batches are empty, intervals are unreliable"
-        );
-        watch.say(Severity::Warning, &text);
+    if emissions >= u64::from(batches) {
+        return Ok(());
     }
-}
-
-/// Traces the run of `header` into `store`, from `beginning` on, before the eyes of `watch`.
-fn trace(
-    header: &MapHeader,
-    geometry: &Geometry,
-    beginning: Option<&SonelMap>,
-    store: &mut impl MapStore,
-    watch: Watch<'_>,
-) -> Result<TracedMap> {
-    let progress = &mut |share| watch.progress("tracing", share);
-    pipeline::trace(header, geometry, beginning, store, watch.clock(), progress)
+    let text =
+        format!("{emissions} packets in {batches} batches: some batches are empty, intervals are unreliable");
+    watch.say(Severity::Warning, &text)
 }
 
 /// Decides everything about the run of `scene`. Says how long it is where the room decides that.
@@ -277,7 +258,7 @@ fn begin<'a>(
     }
     let decisions = effects::decide(&asked, settings.mode, &mut scene, &geometry);
     if let Some(sentence) = room_decay::lengthen(&mut scene, &geometry)? {
-        watch.info(&sentence);
+        watch.info(&sentence)?;
     }
     let effects = effects::states(&decisions, settings.mode);
     let header = MapHeader { tool_version, settings, shard, effects, scene };

@@ -42,7 +42,7 @@ impl<'a> Planner<'a> {
         seconds: Option<f64>,
         watch: Watch<'_>,
     ) -> Result<Pilot> {
-        pilot::run(&self.config(parameters, seconds), watch.clock())
+        pilot::run(&self.config(parameters, seconds), watch.0)
     }
 
     fn config<'b>(&'b self, parameters: &'b [Parameter], seconds: Option<f64>) -> PilotConfig<'b> {

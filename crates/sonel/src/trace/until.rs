@@ -1,21 +1,23 @@
 //! `until`: adds packets until the targets are met.
 
-use crate::study::forecast::Effort;
-use crate::study::pilot::{Pilot, SHARE_OF_TIME};
-use crate::study::pipeline::{MapStore, Rendered, render_and_read};
-use crate::study::plan::{LEAST_PER_BATCH, Names};
-use crate::study::spread::{Reading, readings};
-use crate::study::target::Targets;
-use crate::study::until::{MARGIN, Verdict, WORTH_WHILE};
 use serde_json::json;
+use sonel_analysis::ReceiverParameters;
 use sonel_map::{MapHeader, Settings, SonelMap};
 use sonel_renderer::RenderSettings;
 
 use crate::Result;
 use crate::observer::Watch;
-use crate::plan::{Comparison, overrun, reached, verdict, verdict_json};
+use crate::plan::Comparison;
+use crate::study::effort::Effort;
+use crate::study::pilot::{Pilot, SHARE_OF_TIME};
+use crate::study::pipeline::{MapStore, RenderedMap, TracedMap, render_and_read, trace};
+use crate::study::plan::{LEAST_PER_BATCH, Names};
+use crate::study::spread::{Reading, readings};
+use crate::study::target::Targets;
+use crate::study::until::{MARGIN, Verdict, WORTH_WHILE};
+use crate::trace::Finished;
 use crate::trace::planner::Planner;
-use crate::trace::{Finished, trace};
+use crate::until::{Goal, Growing, Look};
 
 /// Segments of a run at the most, unless `packets` says how many: a map of about 4 GB.
 const MOST_SEGMENTS: f64 = 2.7e8;
@@ -23,16 +25,55 @@ const MOST_SEGMENTS: f64 = 2.7e8;
 /// Share of the time left that an iteration is planned for [1]: prices are predictions. Chosen, not measured; at 1 half of the runs end late.
 const RESERVE: f64 = 0.85;
 
-/// Targets and limits of a run.
-pub(super) struct Goal<'a> {
-    /// Targets of the parameters.
-    pub targets: &'a Targets,
-    /// Emissions at the most, where somebody says so.
-    pub packets: Option<u64>,
-    /// Seconds by the clock, where somebody says so.
-    pub seconds: Option<f64>,
-    /// Observer.
-    pub watch: Watch<'a>,
+/// A run that goes on from the packets of the iteration before.
+struct Run<'a, S> {
+    planner: &'a Planner<'a>,
+    header: &'a MapHeader,
+    beginning: Option<&'a SonelMap>,
+    store: &'a mut S,
+    watch: Watch<'a>,
+    /// Emissions at the most.
+    most: u64,
+    /// CPU seconds of tracing.
+    seconds: f64,
+}
+
+impl<S: MapStore> Growing for Run<'_, S> {
+    type Run = (TracedMap, RenderedMap);
+
+    fn run(
+        &mut self,
+        effort: Effort,
+        before: Option<Look<Self::Run>>,
+    ) -> Result<(Self::Run, Vec<ReceiverParameters>)> {
+        let begin = self.watch.seconds().1;
+        let mut header = self.header.clone();
+        header.settings.emissions = effort.emissions;
+        let geometry = self.planner.room.geometry();
+        let known = before.as_ref().map(|look| &look.run.0.map).or(self.beginning);
+        let traced = trace(&header, geometry, known, self.store, self.watch.0)?;
+        self.seconds += self.watch.seconds().1 - begin;
+        drop(before);
+        let (settings, receivers) = (RenderSettings::default(), &self.planner.evaluation_receivers);
+        let (rendered, parameters) =
+            render_and_read(&traced.map, geometry, receivers, &settings, self.watch.0)?;
+        Ok(((traced, rendered), parameters))
+    }
+
+    fn next(&self, last: &Look<Self::Run>, growth: f64) -> Option<Effort> {
+        let Effort { emissions, batches, .. } = last.effort;
+        let most = self.most.min((emissions as f64 * growth).max(0.0) as u64);
+        next_number(&last.found, emissions, most).map(|emissions| Effort::of_trace(emissions, batches))
+    }
+
+    fn in_words(&self, effort: Effort) -> String {
+        format!("{} packets", effort.emissions)
+    }
+
+    fn limit(&self, last: &Look<Self::Run>) -> &'static str {
+        let more = next_number(&last.found, last.effort.emissions, u64::MAX);
+        if more.is_some() { " (largest number, see `packets`)" } else { "" }
+    }
 }
 
 /// Traces into `store` and evaluates, until the targets are kept or a bound is met, and says how far it came.
@@ -43,51 +84,20 @@ pub(super) fn until(
     goal: &Goal<'_>,
     store: &mut impl MapStore,
 ) -> Result<Finished> {
-    let Goal { targets, watch, .. } = *goal;
+    let watch = goal.watch;
     let names = Names::of(&header.scene, &planner.evaluation_receivers);
     let known = beginning.map_or(1, |map| map.header().settings.emissions);
     let Start { pilot, first, most } = start(planner, &header.settings, known, goal)?;
-    let Effort { mut emissions, batches, .. } = first;
-    let (mut iterations, mut trace_seconds) = (0, 0.0);
-    let mut previous: Option<SonelMap> = None;
-    let (traced, found, comparison, end) = loop {
-        let (begin, cpu) = watch.seconds();
-        let mut header = header.clone();
-        header.settings.emissions = emissions;
-        let known = previous.as_ref().or(beginning);
-        let traced = trace(&header, planner.room.geometry(), known, store, watch)?;
-        trace_seconds += watch.seconds().1 - cpu;
-        drop(previous);
-        let (found, figures, rendered) =
-            evaluate(planner, &traced.map, &RenderSettings::default(), targets, watch)?;
-        iterations += 1;
-        watch.info(&format!("{emissions} packets: {}", verdict(&names, &found, targets)));
-        let affordable = goal.seconds.map(|seconds| {
-            affordable(seconds - watch.seconds().0, (watch.seconds().0 - begin) / emissions as f64)
-        });
-        let Some(next) = next_number(&found, emissions, most, affordable) else {
-            let effort = Effort::of_trace(emissions, batches);
-            let bytes = traced.map.byte_length();
-            let comparison = compared(&pilot, effort, &figures, trace_seconds, &rendered, bytes);
-            let end = why_ended(&found, emissions, most);
-            break (traced, found, comparison, end);
-        };
-        (previous, emissions) = (Some(traced.map), next);
-    };
-    watch.info(&format!(
-        "{} with {emissions} packets{end}: {targets}\n{}",
-        reached(&found),
-        comparison.line()
-    ));
-    if let Some(overrun) = overrun(goal.seconds, watch.seconds().0) {
-        watch.info(&overrun);
-    }
+    let mut run = Run { planner, header, beginning, store, watch, most, seconds: 0.0 };
+    let (look, mut until) = crate::until::until(&mut run, first, &names, goal)?;
+    let (traced, rendered) = look.run;
+    let bytes = traced.map.byte_length();
+    let comparison = compared(&pilot, look.effort, &look.readings, run.seconds, &rendered, bytes);
+    watch.info(&comparison.line())?;
+    until["packets"] = json!(look.effort.emissions);
     let mut told = comparison.json();
-    told["until"] = verdict_json(&names, &found, targets);
-    told["until"]["packets"] = json!(emissions);
-    told["until"]["rays"] = json!(Effort::of_trace(emissions, batches).rays);
-    told["until"]["iterations"] = json!(iterations);
-    Ok(Finished { traced, told, is_reached: Some(found.is_reached()) })
+    told["until"] = until;
+    Ok(Finished { traced, told, is_reached: Some(look.found.is_reached()) })
 }
 
 /// Begin of a run.
@@ -110,13 +120,13 @@ fn start(planner: &Planner<'_>, settings: &Settings, known: u64, goal: &Goal<'_>
     let processors = (after_pilot.1 - before_pilot.1) / (after_pilot.0 - before_pilot.0).max(1e-3);
     let batches = settings.batches;
     let need = pilot.need(targets, batches).effort;
-    let most = goal.packets.unwrap_or((MOST_SEGMENTS / pilot.costs.segments.max(1.0)) as u64);
+    let most = goal.most.unwrap_or((MOST_SEGMENTS / pilot.costs.segments.max(1.0)) as u64);
     watch.info(&format!(
         "{targets}: about {} packets needed (pilot of {} packets, {:.2} s)",
         need.emissions,
         pilot.emissions,
         after_pilot.0 - before_pilot.0
-    ));
+    ))?;
     let wanted = (need.emissions as f64 * MARGIN) as u64;
     let affordable = first_look(&pilot, Effort::of_trace(wanted, batches), goal, processors);
     let emissions = affordable.max(LEAST_PER_BATCH * u64::from(batches)).min(most).max(known);
@@ -141,24 +151,10 @@ fn affordable(seconds: f64, each: f64) -> u64 {
     (seconds / each).max(1.0) as u64
 }
 
-/// Number of packets of the next iteration, if there is one.
-fn next_number(verdict: &Verdict, emissions: u64, most: u64, affordable: Option<u64>) -> Option<u64> {
-    if verdict.is_inside() {
-        return None;
-    }
-    let next = verdict.next(emissions).min(most).min(affordable.unwrap_or(u64::MAX));
-    (next as f64 >= WORTH_WHILE * emissions as f64).then_some(next)
-}
-
-/// Limit that ended a run, in brackets.
-fn why_ended(verdict: &Verdict, emissions: u64, most: u64) -> &'static str {
-    if next_number(verdict, emissions, most, None).is_some() {
-        " (time limit of `at_most`)"
-    } else if next_number(verdict, emissions, u64::MAX, None).is_some() {
-        " (largest number, see `packets`)"
-    } else {
-        ""
-    }
+/// Number of packets of the next iteration, `most` at the most, if there is one that is worth while.
+fn next_number(verdict: &Verdict, emissions: u64, most: u64) -> Option<u64> {
+    let next = verdict.next(emissions).min(most);
+    (!verdict.is_inside() && next as f64 >= WORTH_WHILE * emissions as f64).then_some(next)
 }
 
 /// Looks at the parameters of `map` rendered with `settings`.
@@ -168,10 +164,10 @@ pub(super) fn evaluate(
     settings: &RenderSettings,
     targets: &Targets,
     watch: Watch<'_>,
-) -> Result<(Verdict, Vec<Reading>, Rendered)> {
+) -> Result<(Verdict, Vec<Reading>, RenderedMap)> {
     let receivers = &planner.evaluation_receivers;
-    let rendered = render_and_read(map, planner.room.geometry(), receivers, settings, watch.clock())?;
-    let found = readings(&rendered.parameters, &targets.parameters());
+    let (rendered, parameters) = render_and_read(map, planner.room.geometry(), receivers, settings, watch.0)?;
+    let found = readings(&parameters, &targets.parameters());
     Ok((Verdict::new(&found, targets), found, rendered))
 }
 
@@ -195,7 +191,7 @@ fn compared(
     effort: Effort,
     found: &[Reading],
     trace: f64,
-    rendered: &Rendered,
+    rendered: &RenderedMap,
     bytes: u64,
 ) -> Comparison {
     Comparison {

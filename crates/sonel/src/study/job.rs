@@ -1,12 +1,13 @@
 //! A rendering and its provenance.
 
 use std::f64::consts::LOG10_E;
-use std::sync::{Arc, LazyLock};
+use std::sync::LazyLock;
 
-use crate::study::forecast::Effort;
-use crate::study::plan::RenderLoad;
+use crate::study::effort::Effort;
+use crate::study::memory::RenderLoad;
 use crate::study::response::{self, PART};
 use sonel_acoustics::{Directivity, Material, energy_to_level_db};
+use sonel_analysis::{ReceiverParameters, parameters};
 use sonel_echogram::provenance::{
     self, ByName, Changed, Coefficients, EdgeContributions, Options, PathClass, SourceRendering,
 };
@@ -16,12 +17,12 @@ use sonel_map::{SonelMap, hexadecimal};
 use sonel_renderer::{Columns, ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_scene::{Scene, Source};
 
-use crate::Result;
 use crate::error::At;
 use crate::feasible::Demand;
-use crate::observer::Watch;
+use crate::observer::{Watch, unless_stopped};
 use crate::prepared::Prepared;
 use crate::version::version;
+use crate::{Error, Result};
 
 /// Version of the renderer, as responses state it.
 pub static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_renderer::REVISION));
@@ -30,20 +31,22 @@ pub static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_renderer::
 /// that in a shoebox.
 const SECONDS_PER_SONEL: f64 = 0.25e-6;
 
+const STEP: &str = "rendering";
+
 /// Map and receivers of a rendering.
 #[derive(Clone, Copy)]
-pub(super) struct Job<'a> {
+pub(crate) struct Job<'a> {
     /// The map.
     pub map: &'a SonelMap,
     /// Walls.
-    pub geometry: &'a Arc<Geometry>,
+    pub geometry: &'a Geometry,
     /// Name of the map in messages.
-    pub label: &'a str,
-    /// Earlier preparation of the map.
-    pub prepared: &'a Prepared,
+    pub label: Option<&'a str>,
+    /// Earlier preparations of the map, where they are kept.
+    pub prepared: Option<&'a Prepared>,
     /// Number of batches; by default all.
     pub batches: Option<u32>,
-    /// Own memory that it may take [bytes].
+    /// Own memory that it may take [bytes]; none where its demand is not asked for.
     pub memory: Option<f64>,
     /// Receivers.
     pub receivers: &'a [ReceiverPoint],
@@ -51,85 +54,152 @@ pub(super) struct Job<'a> {
     pub watch: Watch<'a>,
 }
 
-/// Result of a rendering.
-pub(super) struct Run<'a> {
-    /// By whom.
-    pub renderer: Renderer<'a>,
-    /// Settings.
-    pub settings: RenderSettings,
-    /// The response.
+/// A rendered map and what it cost.
+pub struct RenderedMap {
+    /// Echograms, batches and provenance.
     pub response: Response,
+    /// Packets of the map, rays, and batches that were rendered.
+    pub effort: Effort,
+    /// Whether visibility rays were cast.
+    pub casts_rays: bool,
     /// (wall, CPU) seconds by the observer's clock when rendering itself began.
     pub opened: (f64, f64),
-    /// CPU seconds of checking the map and rendering.
-    pub seconds: f64,
+    /// What it cost.
+    pub seconds: RenderSeconds,
+}
+
+/// CPU seconds of rendering.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RenderSeconds {
+    /// Checking every path, laying out surfaces [s].
+    pub prepare: f64,
+    /// Direct sound, image-source paths and edges [s].
+    pub deterministic: f64,
+    /// Sweeping the paths: connections, gather and crossings together [s].
+    pub sweep: f64,
+    /// Reading the parameters with their intervals [s].
+    pub parameters: f64,
+}
+
+impl RenderSeconds {
+    /// All of it.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.prepare + self.deterministic + self.sweep + self.parameters
+    }
 }
 
 impl<'a> Job<'a> {
+    /// A job that keeps nothing and may take what it takes.
+    pub(crate) fn of(
+        map: &'a SonelMap,
+        geometry: &'a Geometry,
+        receivers: &'a [ReceiverPoint],
+        watch: Watch<'a>,
+    ) -> Self {
+        Self { map, geometry, label: None, prepared: None, batches: None, memory: None, receivers, watch }
+    }
+
+    /// Renders with `settings` and reads the parameters.
+    pub(crate) fn read(&self, settings: &RenderSettings) -> Result<(RenderedMap, Vec<ReceiverParameters>)> {
+        let mut rendered = self.render(settings)?;
+        let begin = self.watch.seconds().1;
+        let parameters = parameters(&rendered.response);
+        rendered.seconds.parameters = self.watch.seconds().1 - begin;
+        Ok((rendered, parameters))
+    }
+
     /// Renders with `settings`.
-    pub(super) fn render(&self, settings: RenderSettings) -> Result<Run<'a>> {
-        const STEP: &str = "rendering";
-        let Self { map, geometry, label, receivers, watch, .. } = *self;
+    pub(crate) fn render(&self, settings: &RenderSettings) -> Result<RenderedMap> {
+        let Self { map, geometry, receivers, watch, .. } = *self;
         let begin = watch.seconds().1;
-        let renderer = self.prepared.renderer(map, geometry, &settings);
+        let renderer = match self.prepared {
+            Some(prepared) => prepared.renderer(map, geometry, settings),
+            None => Renderer::new(map, geometry, settings.clone()),
+        };
         let renderer = renderer.and_then(|renderer| match self.batches {
             Some(count) => renderer.with_batches(count),
             None => Ok(renderer),
         });
-        let renderer = renderer.at(|| label.to_owned())?;
-        self.demand(&renderer, &settings).admit(self.memory, "give fewer receivers or wider bins", watch)?;
+        let renderer = self.at_label(renderer)?;
+        let traced = map.header().settings;
+        let rays = settings.rays(traced.emissions);
+        let effort = Effort { emissions: traced.emissions, rays, batches: renderer.batches() };
+        if let Some(memory) = self.memory {
+            let demand = self.demand(&renderer, settings, effort);
+            demand.admit(Some(memory), "give fewer receivers or wider bins", watch)?;
+        }
         let opened = watch.seconds();
+        let seconds = RenderSeconds { prepare: opened.1 - begin, ..RenderSeconds::default() };
+        let mut found = (false, seconds);
         renderer.check_receivers(receivers)?;
-        let parts = receivers.chunks(PART).enumerate().map(|(part, some)| {
-            let sources = map.header().scene.sources.len();
-            let all = (receivers.len().div_ceil(PART) * sources) as f64;
-            let progress =
-                |source, share| watch.progress(STEP, ((part * sources + source) as f64 + share) / all);
-            self.part(&renderer, &settings, some, progress)
+        let parts = receivers.chunks(PART).enumerate();
+        let parts = parts.map(|(part, some)| {
+            let renderings = self.renderings(&renderer, settings, (part, some), &mut found)?;
+            let response = response::assemble(map, &renderer, some, &renderings);
+            Ok(Response { provenance: provenance(map, &renderer, settings, &renderings), ..response })
         });
         let response = side_by_side(parts.collect::<Result<_>>()?);
-        map.require_unchanged().at(|| label.to_owned())?;
-        watch.progress(STEP, 1.0);
-        let seconds = watch.seconds().1 - begin;
-        Ok(Run { renderer, settings, response, opened, seconds })
+        self.at_label(map.require_unchanged())?;
+        watch.progress(STEP, 1.0)?;
+        let (casts_rays, seconds) = found;
+        Ok(RenderedMap { response, effort, casts_rays, opened, seconds })
     }
 
-    /// The response of some of the receivers; `progress` receives the index of the source and the share of it that is done.
-    fn part(
+    /// `result` with the name of the map, where it has one.
+    fn at_label<T, E: Into<Error>>(&self, result: std::result::Result<T, E>) -> Result<T> {
+        match self.label {
+            Some(label) => result.at(|| label.to_owned()),
+            None => result.map_err(Into::into),
+        }
+    }
+
+    /// The renderings of all sources at the receivers of a part. Whether rays were cast, and what it cost, is added.
+    fn renderings(
         &self,
         renderer: &Renderer<'_>,
         settings: &RenderSettings,
-        receivers: &[ReceiverPoint],
-        progress: impl Fn(usize, f64) + Send + Sync,
-    ) -> Result<Response> {
-        let Self { map, prepared, .. } = *self;
-        let mut sums = match prepared.sums(map, settings, receivers, renderer.batches()) {
+        (part, receivers): (usize, &[ReceiverPoint]),
+        (casts_rays, seconds): &mut (bool, RenderSeconds),
+    ) -> Result<Vec<Rendering>> {
+        let Self { map, watch, .. } = *self;
+        let sources = map.header().scene.sources.len();
+        let all = (self.receivers.len().div_ceil(PART) * sources) as f64;
+        let begin = watch.seconds().1;
+        let kept = self.prepared.and_then(|kept| kept.sums(map, settings, receivers, renderer.batches()));
+        let mut sums = match kept {
             Some(sums) => sums,
             None => response::begin(map, renderer, receivers)?,
         };
+        let begun = watch.seconds().1;
         for (source, sums) in sums.iter_mut().enumerate() {
-            renderer.extend(sums, &mut |share| progress(source, share));
+            let before = (part * sources + source) as f64;
+            let mut progress = |share| watch.0.progress(STEP, (before + share) / all);
+            unless_stopped(renderer.extend(sums, &mut progress))?;
+            *casts_rays |= renderer.casts_rays(sums);
         }
-        if renderer.batches() < map.header().settings.batches && self.receivers.len() <= PART {
+        let swept = watch.seconds().1;
+        if let Some(prepared) = self.prepared
+            && renderer.batches() < map.header().settings.batches
+            && self.receivers.len() <= PART
+        {
             prepared.keep_sums(map, settings, receivers, renderer.batches(), &sums);
         }
-        let renderings: Vec<Rendering> = sums.into_iter().map(|sums| renderer.finish(sums)).collect();
-        let response = response::assemble(map, renderer, receivers, &renderings);
-        Ok(Response { provenance: provenance(map, renderer, settings, &renderings), ..response })
+        let renderings = sums.into_iter().map(|sums| renderer.finish(sums)).collect();
+        seconds.sweep += swept - begun;
+        seconds.deterministic += begun - begin + watch.seconds().1 - swept;
+        Ok(renderings)
     }
 
     /// What a rendering takes.
-    fn demand(&self, renderer: &Renderer<'_>, settings: &RenderSettings) -> Demand {
-        let traced = self.map.header().settings;
+    fn demand(&self, renderer: &Renderer<'_>, settings: &RenderSettings, effort: Effort) -> Demand {
         let scene = &self.map.header().scene;
         let pairs = scene.sources.len() as f64 * self.receivers.len() as f64;
         let sonels = self.map.vertex_count() as f64 / scene.sources.len() as f64;
-        let rays = settings.rays(traced.emissions);
-        let effort = Effort { emissions: traced.emissions, rays, batches: renderer.batches() };
         let load = RenderLoad {
             columns: if settings.directions { Columns::DIRECTED } else { Columns::PLAIN },
             casts_rays: renderer.gathers_by_mirrors(),
-            segments: sonels / traced.emissions.max(1) as f64,
+            segments: sonels / effort.emissions.max(1) as f64,
         };
         Demand {
             cpu_seconds: SECONDS_PER_SONEL * sonels * pairs,
@@ -230,7 +300,7 @@ fn of_source(renderer: &Renderer<'_>, rendering: &Rendering, source: &Source) ->
 }
 
 /// A pattern's name; of a file also its directivity index per band and the side that is up.
-pub(super) fn directivity(directivity: &Directivity) -> provenance::Directivity {
+pub(crate) fn directivity(directivity: &Directivity) -> provenance::Directivity {
     match directivity {
         Directivity::Pattern(pattern) => provenance::Directivity::Pattern(pattern.name().to_owned()),
         Directivity::Measured { balloon, up } => {
