@@ -260,6 +260,13 @@ fn at_receiver(
                 let octave: Vec<&Reading> = of_octave.iter().map(|&band| &bands[band].all).collect();
                 parameters.extend(in_noise(&octave, more[k], talk.noise_level_db[k]));
             }
+            let [lower, higher] = response.left_out_db(s, r, b);
+            for (parameter, value) in &mut parameters {
+                if let (Parameter::Level | Parameter::Strength, Ok(estimate)) = (parameter, value) {
+                    estimate.interval =
+                        estimate.interval.clone().map(|[low, high]| [low + lower, high + higher]);
+                }
+            }
             if has_direct {
                 let direct = direct_energy(response, s, r, b);
                 let ratio = checked(&[&band.all], Parameter::DirectToReverberant, |values| {

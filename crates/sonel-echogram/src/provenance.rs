@@ -162,13 +162,13 @@ pub struct SourceRendering {
 }
 
 /// Edge contributions at a receiver.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct EdgeContributions {
     /// How many were computed.
     pub computed: usize,
-    /// Upper estimate of what the others change in any band [dB]; none where nothing arrives that they could change.
-    pub dropped_db: Option<f64>,
+    /// By how much the others are expected to lower, a negative number, and to raise the level of each band at most [dB].
+    pub left_out_db: Vec<[f64; 2]>,
 }
 
 /// Energy and estimator of a path class.

@@ -210,6 +210,16 @@ impl Response {
         Some((missing.fluence.get(at)? * sensitivity, *missing.decay_rate.get(at)?))
     }
 
+    /// By how much sound over edges that was not computed may lower, a negative number, and raise the level of source `s` at receiver `r` in band `b` [dB]; of
+    /// sources together, what it may change most.
+    #[must_use]
+    pub fn left_out_db(&self, s: usize, r: usize, b: usize) -> [f64; 2] {
+        let sources = &self.provenance.sources;
+        let own = if self.provenance.together.is_empty() { sources.get(s..=s) } else { Some(&sources[..]) };
+        let changes = own.into_iter().flatten().filter_map(|of| of.edges.get(r)?.left_out_db.get(b));
+        changes.fold([0.0, 0.0], |[least, most], [low, high]| [least.min(*low), most.max(*high)])
+    }
+
     /// When the direct sound of source `s` reaches, or would reach, receiver `r` [s].
     #[must_use]
     pub fn direct_time(&self, s: usize, r: usize) -> f64 {

@@ -66,12 +66,12 @@ pub struct Rendering {
 }
 
 /// Completeness of the edge contributions at a receiver.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct EdgeWork {
     /// Number of contributions that were computed.
     pub computed: usize,
-    /// The most that the others would change the energy of direct sound, image sources and edges, as a share of it.
-    pub dropped: f64,
+    /// How far the others are expected to lower and to raise the energy of each band at most, as shares of it.
+    pub left_out: Vec<[f64; 2]>,
 }
 
 impl Rendering {

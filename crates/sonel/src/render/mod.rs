@@ -40,6 +40,9 @@ pub use options::{Air, RenderOptions, parse_diffraction};
 pub use refinement::Refinement;
 pub use uncertainty::{AbsorptionUncertainty, MaterialVariants};
 
+/// Least change of a level by what was not computed that is said [dB]: a third of what is just noticeable.
+const AUDIBLE_DB: f64 = 0.3;
+
 /// A response and what is to be said of it.
 #[derive(Debug)]
 pub struct Rendered {
@@ -281,6 +284,7 @@ impl PreparedRendering<'_> {
             response.mark_as_part(shard.index, shard.count);
         }
         let classes = response.provenance.sources.iter().map(classes).collect();
+        let warnings = self.warnings.into_iter().chain(left_out(&response)).collect();
         let header = self.map.header();
         let surroundings = Surroundings {
             volume: self.geometry.volume(),
@@ -288,8 +292,7 @@ impl PreparedRendering<'_> {
             seed: self.settings.seed.unwrap_or(header.settings.seed),
         };
         let (response, seconds) = (Response::of(response, surroundings), [opened, watch.seconds()]);
-        let Self { warnings, grid, .. } = self;
-        Ok(Rendered { response, classes, warnings, grid, is_reached, seconds, comparison, told })
+        Ok(Rendered { response, classes, warnings, grid: self.grid, is_reached, seconds, comparison, told })
     }
 
     /// Renders once, or until the targets are kept; with what the report states of it.
@@ -302,6 +305,23 @@ impl PreparedRendering<'_> {
         let (rendered, told, is_reached) = until::until(job, &self.settings, &goal)?;
         Ok((rendered, told, Some(is_reached)))
     }
+}
+
+/// Says where sound over edges that was not computed may change a level by more than [`AUDIBLE_DB`].
+fn left_out(response: &sonel_echogram::Response) -> Option<String> {
+    let pairs = (0..response.sources()).flat_map(|s| (0..response.receivers()).map(move |r| (s, r)));
+    let bands = pairs.flat_map(|(s, r)| (0..response.bands()).map(move |b| (s, r, b)));
+    let change = |(s, r, b)| {
+        let [lower, higher] = response.left_out_db(s, r, b);
+        (higher.max(-lower), r, b)
+    };
+    let (most, r, b) = bands.map(change).max_by(|one, other| one.0.total_cmp(&other.0))?;
+    (most > AUDIBLE_DB).then(|| {
+        format!(
+            "sound over edges that was not computed may change levels by up to {most:.1} dB (receiver \"{}\", {} Hz): their intervals hold it",
+            response.receiver_names[r], response.center_frequency_hz[b]
+        )
+    })
 }
 
 /// The shares of the path classes of a source.

@@ -1,6 +1,5 @@
 //! A rendering and its provenance.
 
-use std::f64::consts::LOG10_E;
 use std::sync::LazyLock;
 
 use crate::study::effort::Effort;
@@ -32,6 +31,8 @@ pub static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_renderer::
 const SECONDS_PER_SONEL: f64 = 0.25e-6;
 
 const STEP: &str = "rendering";
+/// Largest change of a level that is stated [dB]: what is left out where nothing is heard may be any multiple of it.
+const MOST_CHANGE: f64 = 30.0;
 
 /// Map and receivers of a rendering.
 #[derive(Clone, Copy)]
@@ -267,6 +268,11 @@ fn changes(scene: &Scene) -> Changed {
     }
 }
 
+/// Change of a level [dB] by a share of its energy, within the [`MOST_CHANGE`] either way.
+fn change_db(share: f64) -> f64 {
+    (10.0 * libm::log10(1.0 + share.max(-1.0))).clamp(-MOST_CHANGE, MOST_CHANGE)
+}
+
 /// Orders and energy per path class of one source, with the gain and delay that its scene states.
 fn of_source(renderer: &Renderer<'_>, rendering: &Rendering, source: &Source) -> SourceRendering {
     let bands = source.power_level_db.len();
@@ -285,7 +291,7 @@ fn of_source(renderer: &Renderer<'_>, rendering: &Rendering, source: &Source) ->
     };
     let edges = rendering.edge_work.iter().map(|work| EdgeContributions {
         computed: work.computed,
-        dropped_db: Some(10.0 * LOG10_E * libm::log1p(work.dropped)).filter(|change| change.is_finite()),
+        left_out_db: work.left_out.iter().map(|&[less, more]| [change_db(-less), change_db(more)]).collect(),
     });
     let stated = Some(source.change).filter(|change| !change.is_none());
     SourceRendering {

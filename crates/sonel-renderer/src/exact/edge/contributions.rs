@@ -35,8 +35,6 @@ const LEAST: f64 = 0.007;
 const OF_TWO: f64 = 0.25;
 /// Fainter contributions are computed while those left out are expected to bring this share of a band's energy, 0.3 dB.
 const AUDIBLE: f64 = 0.07;
-/// Bound below which no contribution is computed, as a share of a band's energy. Chosen, not measured.
-const FAINTEST: f64 = 0.002;
 /// Most paths of a receiver that nothing blocks. It bounds the time to about a CPU second (corridor of tests/waves: 1.2); `dropped` states the rest.
 const MOST: usize = 2048;
 /// Number of the last contributions that give the ratio of energies to bounds. Chosen, not measured; doubled, the ratio follows the order of
@@ -83,9 +81,8 @@ pub(super) struct Ranked {
     next: usize,
     /// Number of those that nothing blocks.
     seen: usize,
-    /// Number of contributions above [`LEAST`] and above [`FAINTEST`].
+    /// Number of contributions above [`LEAST`].
     heavy: usize,
-    most: usize,
 }
 
 /// Searches for all contributions at a receiver.
@@ -214,8 +211,7 @@ impl Search<'_> {
             contributions.into_iter().map(|one| (weigh(&one), one)).collect();
         // Ties stay in the order in which they were found.
         weighed.sort_by(|one, other| other.0.total_cmp(&one.0));
-        let [heavy, most] =
-            [LEAST, FAINTEST].map(|least| weighed.partition_point(|(weight, _)| *weight >= least));
+        let heavy = weighed.partition_point(|(weight, _)| *weight >= LEAST);
         let contributions = weighed.into_iter().map(|(_, one)| one).collect();
         Ranked {
             contributions,
@@ -226,7 +222,6 @@ impl Search<'_> {
             next: 0,
             seen: 0,
             heavy,
-            most,
         }
     }
 
@@ -358,7 +353,7 @@ impl Ranked {
     /// The next contribution that has to be computed.
     pub(super) fn next(&mut self) -> Option<Contribution> {
         let is_enough = self.next >= self.heavy && self.dropped() <= AUDIBLE;
-        if self.next >= self.most || self.seen >= MOST || is_enough {
+        if self.seen >= MOST || is_enough {
             return None;
         }
         let (contribution, number) = *self.contributions.get(self.next)?;
@@ -390,19 +385,21 @@ impl Ranked {
 
     /// How much the others are expected to change any band, as a share of its energy. Most are invisible: they bring as much of their bounds as
     /// the last that have been computed, once these are enough to tell.
-    #[must_use]
-    pub(super) fn dropped(&self) -> f64 {
-        if self.next >= self.contributions.len() {
-            return 0.0;
-        }
-        let of_band = |((rest, found), computed): ((&[f64; 2], &f64), &[f64; 2])| {
+    fn dropped(&self) -> f64 {
+        self.left_out().map(|[less, more]| less.max(more)).fold(0.0, f64::max)
+    }
+
+    /// By how much the others are expected to lower and to raise each band at most, as shares of its energy: they interfere either way, and add
+    /// energy of their own.
+    pub(super) fn left_out(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        let bands = self.rest.iter().zip(&self.found).zip(&self.computed);
+        bands.map(|((rest, found), computed)| {
             let is_known = self.next >= SURE && computed[0] > 0.0;
             let share = if is_known { (computed[1] / computed[0]).min(1.0) } else { 1.0 };
-            let rest = rest[0] * share + (rest[1] * share).sqrt();
-            if rest > 0.0 { rest / found.max(f64::MIN_POSITIVE) } else { 0.0 }
-        };
-        let bands = self.rest.iter().zip(&self.found).zip(&self.computed);
-        bands.map(of_band).fold(0.0, f64::max)
+            let interference = (rest[1] * share).sqrt();
+            let of = |rest: f64| if rest > 0.0 { rest / found.max(f64::MIN_POSITIVE) } else { 0.0 };
+            [of(interference), of(rest[0] * share + interference)]
+        })
     }
 }
 

@@ -225,7 +225,7 @@ impl Edges {
                 ranked.found(&energy);
             }
         }
-        let work = EdgeWork { computed: ranked.computed(), dropped: ranked.dropped() };
+        let work = EdgeWork { computed: ranked.computed(), left_out: ranked.left_out().collect() };
         (waves.field.energies(visible), work)
     }
 }
