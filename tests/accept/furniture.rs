@@ -172,7 +172,7 @@ fn twenty_arrangements_of_furniture_shade_as_waves_say() {
 }
 
 /// rms per octave from 63 Hz to 1 kHz over seven arrangements of several objects, a tenth above what docs/diffraction.md states [dB].
-const ALLOWED: [f64; 5] = [1.1, 2.9, 2.5, 1.4, 1.4];
+const ALLOWED: [f64; 5] = [1.1, 1.95, 2.1, 1.3, 1.3];
 
 #[test]
 fn several_objects_shade_as_waves_say() {
@@ -181,7 +181,7 @@ fn several_objects_shade_as_waves_say() {
     let (rms, worst) = summary(&all);
     println!("rms {rms:.2?}, worst {worst:.1} dB");
     assert!(
-        rms.iter().zip(ALLOWED).all(|(rms, allowed)| *rms < allowed) && worst < 8.0,
+        rms.iter().zip(ALLOWED).all(|(rms, allowed)| *rms < allowed) && worst < 5.0,
         "{rms:.2?} {worst:.1} dB"
     );
     let without: Vec<_> = names.iter().flat_map(|name| errors(name, false)).collect();

@@ -28,9 +28,9 @@ const FOUND: f64 = 0.5;
 const IMAGES_OF_TWO: u32 = 2;
 /// Most of these in bodies. Chosen likewise; without any, errors grow by 0.4 dB rms at 125 Hz.
 const BODIES_OF_TWO: usize = 1;
-/// A contribution is computed where its bound is this share of a band's energy, 0.03 dB: so little an image source may step where an edge that is
+/// A contribution is computed where its bound is this share of a band's energy, 0.02 dB: so little an image source may step where an edge that is
 /// left out cuts it off. Over hidden direct sound it is the share of its loudest one.
-const LEAST: f64 = 0.007;
+const LEAST: f64 = 0.005;
 /// Share of its bound by which a path over two edges ranks: four times less is left out of others.
 const OF_TWO: f64 = 0.25;
 /// Fainter contributions are computed while those left out are expected to bring this share of a band's energy, 0.3 dB.
