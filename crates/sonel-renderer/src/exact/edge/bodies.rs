@@ -76,7 +76,8 @@ impl Bodies {
     #[must_use]
     pub(super) fn scattered(&self, body: u32, k: f64) -> Complex {
         let Some(width) = self.widths.get(body as usize) else { return Complex::real(1.0) };
-        let share = (WIDE * width * k / TAU).powi(2).min(1.0);
+        let waves = WIDE * width * k / TAU;
+        let share = (waves * waves).min(1.0);
         Complex::unit(FRAC_PI_2 * (1.0 - share)) * share
     }
 
