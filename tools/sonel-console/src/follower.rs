@@ -1,6 +1,5 @@
 //! Follows long work for a program: a progress bar, a log, a stopwatch.
 
-use std::io;
 use std::ops::ControlFlow;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -12,7 +11,7 @@ use crate::{Log, Stopwatch, in_words, spelled};
 /// A step that cannot say how far it is.
 const READING: &str = "reading";
 
-/// Shows the progress of work and writes what it says to a log. Work stops when nobody reads the log any more.
+/// Shows the progress of work and writes what it says to a log.
 pub struct Follower<'a> {
     quiet: bool,
     state: Mutex<State<'a>>,
@@ -23,7 +22,6 @@ pub struct Follower<'a> {
 
 struct State<'a> {
     log: &'a mut Log<'a>,
-    failed: Option<io::Error>,
     /// The step that is shown, with its bar.
     shown: Option<(String, Progress)>,
 }
@@ -31,7 +29,7 @@ struct State<'a> {
 impl<'a> Follower<'a> {
     /// Follows work from now on, without a bar for a program that is `quiet`.
     pub fn new<'b: 'a>(quiet: bool, log: &'a mut Log<'b>) -> Self {
-        let state = State { log, failed: None, shown: None };
+        let state = State { log, shown: None };
         Self { quiet, state: Mutex::new(state), watch: Stopwatch::start(), is_verbose: false }
     }
 
@@ -62,12 +60,9 @@ impl<'a> Follower<'a> {
     /// The result of work that was followed, its error as the command line spells options.
     ///
     /// # Errors
-    /// The error of the work, or of the log that stopped it.
+    /// The error of the work.
     pub fn result<T>(&self, result: sonel::Result<T>) -> anyhow::Result<T> {
-        match (result, self.state().failed.take()) {
-            (Err(sonel::Error::Stopped), Some(error)) => Err(error.into()),
-            (result, _) => result.map_err(spelled),
-        }
+        result.map_err(spelled)
     }
 }
 
@@ -98,14 +93,9 @@ impl Observer for Follower<'_> {
             Severity::Note => "note: ",
             Severity::Warning => "warning: ",
         };
-        let mut state = self.state();
-        match writeln!(state.log, "{begin}{}", in_words(text)) {
-            Ok(()) => ControlFlow::Continue(()),
-            Err(error) => {
-                state.failed = Some(error);
-                ControlFlow::Break(())
-            }
-        }
+        // A log that fails is done without.
+        let _ = writeln!(self.state().log, "{begin}{}", in_words(text));
+        ControlFlow::Continue(())
     }
 
     fn clock(&self) -> Option<&dyn Clock> {

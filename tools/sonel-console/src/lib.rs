@@ -18,7 +18,7 @@ pub mod uncertainty;
 
 use std::borrow::Cow;
 use std::error::Error;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -44,7 +44,7 @@ pub enum Outcome {
 /// Runs a program with stdout and a log, which is stderr, or nothing where it is `quiet`. Outputs that are not complete are
 /// removed when it is interrupted. Exit code 2 comes with the error on stderr.
 ///
-/// When the reader of a stream goes away (`… | head`), the program ends at its next write, with exit code 0.
+/// When the reader of a stream goes away (`… | head`), the program goes on to its end, and writes the files that it was asked for.
 pub fn run_to_exit(
     quiet: bool,
     program: impl FnOnce(&mut dyn Write, &mut Log<'_>) -> anyhow::Result<Outcome> + Send,
@@ -53,7 +53,11 @@ pub fn run_to_exit(
     defect::note_panics();
     let result = interrupt::remove_unfinished_files()
         .context("cannot handle signals")
-        .and_then(|()| on_whole_stack(|| unless_closed(std::io::stdout(), log_stream(quiet), program)))
+        .and_then(|()| {
+            let mut out = Stream::new(std::io::stdout(), false);
+            let mut log = Stream::new(log_stream(quiet), true);
+            on_whole_stack(|| program(&mut out, &mut log))
+        })
         .and_then(|outcome| inputs::require_unchanged().map(|()| outcome));
     exit_code(result)
 }
@@ -73,19 +77,6 @@ fn on_whole_stack<T: Send>(work: impl FnOnce() -> anyhow::Result<T> + Send) -> a
     })
 }
 
-/// The outcome of `program`; [`Outcome::Done`] if it failed after the reader of `out` or `log` had gone away. The error itself
-/// may not say so: writers of formats wrap it.
-fn unless_closed(
-    out: impl Write,
-    log: impl Write + Send,
-    program: impl FnOnce(&mut dyn Write, &mut Log<'_>) -> anyhow::Result<Outcome>,
-) -> anyhow::Result<Outcome> {
-    let closed = AtomicBool::new(false);
-    let mut out = Watched { stream: out, closed: &closed };
-    let result = program(&mut out, &mut Watched { stream: log, closed: &closed });
-    if closed.load(Ordering::Relaxed) { result.or(Ok(Outcome::Done)) } else { result }
-}
-
 /// `text` without the control characters that steer terminals: names in scenes and files may hold any. Lines and tabs stay.
 fn without_controls(text: &[u8]) -> Cow<'_, [u8]> {
     // Those of bidirectional text show a name as another one.
@@ -98,32 +89,48 @@ fn without_controls(text: &[u8]) -> Cow<'_, [u8]> {
     }
 }
 
-/// A stream that notes when its reader has gone away, and steers no terminal.
-struct Watched<'a, W> {
+/// A stream that steers no terminal, and that a program goes on without: stdout where its reader has gone away, the log wherever it fails.
+struct Stream<W> {
     stream: W,
-    closed: &'a AtomicBool,
+    is_log: bool,
+    is_gone: bool,
 }
 
-impl<W> Watched<'_, W> {
-    fn note<T>(&self, result: std::io::Result<T>) -> std::io::Result<T> {
-        let is_closed = |error: &std::io::Error| error.kind() == std::io::ErrorKind::BrokenPipe;
-        self.closed.fetch_or(result.as_ref().is_err_and(is_closed), Ordering::Relaxed);
-        result
+impl<W> Stream<W> {
+    fn new(stream: W, is_log: bool) -> Self {
+        Self { stream, is_log, is_gone: false }
+    }
+
+    /// What `write` says, or `done` where nobody listens any more.
+    fn unless_gone<T>(
+        &mut self,
+        done: T,
+        write: impl FnOnce(&mut W) -> std::io::Result<T>,
+    ) -> std::io::Result<T> {
+        if self.is_gone {
+            return Ok(done);
+        }
+        match write(&mut self.stream) {
+            Err(error) if error.kind() == ErrorKind::Interrupted => Err(error),
+            Err(error) if self.is_log || error.kind() == ErrorKind::BrokenPipe => {
+                self.is_gone = true;
+                Ok(done)
+            }
+            result => result,
+        }
     }
 }
 
-impl<W: Write> Write for Watched<'_, W> {
+impl<W: Write> Write for Stream<W> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let written = match without_controls(bytes) {
-            Cow::Borrowed(plain) => self.stream.write(plain),
-            Cow::Owned(plain) => self.stream.write_all(&plain).map(|()| bytes.len()),
-        };
-        self.note(written)
+        self.unless_gone(bytes.len(), |stream| match without_controls(bytes) {
+            Cow::Borrowed(plain) => stream.write(plain),
+            Cow::Owned(plain) => stream.write_all(&plain).map(|()| bytes.len()),
+        })
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        let flushed = self.stream.flush();
-        self.note(flushed)
+        self.unless_gone((), W::flush)
     }
 }
 
@@ -248,12 +255,32 @@ mod tests {
     #[test]
     fn names_do_not_steer_terminals() {
         let mut out = Vec::new();
-        let write = |out: &mut dyn Write, _: &mut Log<'_>| {
-            writeln!(out, "seat \u{1b}[2J\u{9b}1m\r12\tα")?;
-            Ok(Outcome::Done)
-        };
-        unless_closed(&mut out, Vec::new(), write).expect("written");
+        writeln!(Stream::new(&mut out, false), "seat \u{1b}[2J\u{9b}1m\r12\tα").expect("written");
         assert_eq!(String::from_utf8(out).unwrap(), "seat \u{fffd}[2J\u{fffd}1m\u{fffd}12\tα\n");
+    }
+
+    /// Fails at every write.
+    struct Failing(ErrorKind);
+
+    impl Write for Failing {
+        fn write(&mut self, _: &[u8]) -> std::io::Result<usize> {
+            Err(self.0.into())
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Err(self.0.into())
+        }
+    }
+
+    #[test]
+    fn work_goes_on_without_a_log_and_without_a_reader_but_not_without_its_result() {
+        let succeeds = |kind: ErrorKind, is_log: bool| {
+            let mut stream = Stream::new(Failing(kind), is_log);
+            [writeln!(stream, "one"), writeln!(stream, "two"), stream.flush()].iter().all(Result::is_ok)
+        };
+        assert!(succeeds(ErrorKind::BrokenPipe, true) && succeeds(ErrorKind::StorageFull, true));
+        assert!(succeeds(ErrorKind::BrokenPipe, false));
+        assert!(!succeeds(ErrorKind::StorageFull, false), "a result that is not written is told");
     }
 
     #[test]

@@ -136,8 +136,25 @@ fn contacts(geometry: &Geometry, of_surface: &[u32]) -> HashMap<u32, Planes> {
     contacts
 }
 
-/// Which surfaces are walls of the room: those without a diffracting edge, the largest
-/// one if all else is on one side of it, as a floor in the open, and what touches them in more than one plane.
+/// The floor in the open: the largest surface, if its rim is free and all else is on one side of it, no higher than it is wide: half its area over its diagonal.
+fn floor(geometry: &Geometry) -> Option<SurfaceId> {
+    let ids = (0..geometry.surfaces().len() as u32).map(SurfaceId);
+    let largest =
+        ids.max_by(|&one, &other| geometry.surface(one).area.total_cmp(&geometry.surface(other).area))?;
+    let Surface { normal, offset, area, triangles, .. } = geometry.surface(largest);
+    let heights = geometry.mesh().vertices.iter().map(|point| normal.dot(*point) - offset);
+    let [below, above] =
+        heights.fold([0.0_f64; 2], |[low, high], height| [low.min(height), high.max(height)]);
+    let (low, high) = geometry.mesh().bounds_of(triangles);
+    let is_low = above.max(-below) <= 0.5 * area / low.distance(high);
+    let is_free = geometry
+        .diffracting_edges()
+        .all(|edge| edge.surfaces.len() == 1 || !edge.surfaces.contains(&largest));
+    let is_below = above.min(-below) <= f64::from(geometry.resolution());
+    (is_low && is_free && is_below).then_some(largest)
+}
+
+/// Which surfaces are walls of the room: those without a diffracting edge, a floor in the open, and what touches them in more than one plane.
 fn walls(geometry: &Geometry) -> Vec<bool> {
     let surfaces = geometry.surfaces();
     let mut connected = Connected::new(surfaces.len());
@@ -149,17 +166,9 @@ fn walls(geometry: &Geometry) -> Vec<bool> {
     for surface in geometry.diffracting_edges().flat_map(|edge| &edge.surfaces) {
         diffracts[connected.root(surface.0) as usize] = true;
     }
-    let tolerance = f64::from(geometry.resolution());
-    let largest = surfaces.iter().map(|surface| surface.area).fold(0.0, f64::max);
-    let is_floor = |surface: &Surface| {
-        let side = |point: &DVec3| surface.normal.dot(*point) - surface.offset;
-        let all = &geometry.mesh().vertices;
-        surface.area >= largest
-            && (all.iter().all(|point| side(point) >= -tolerance)
-                || all.iter().all(|point| side(point) <= tolerance))
-    };
+    let floor = floor(geometry);
     let mut walls: Vec<bool> = (0..surfaces.len() as u32)
-        .map(|surface| !diffracts[connected.root(surface) as usize] || is_floor(&surfaces[surface as usize]))
+        .map(|surface| !diffracts[connected.root(surface) as usize] || floor == Some(SurfaceId(surface)))
         .collect();
     let bodies = bodies(geometry, |surface| !walls[surface.0 as usize]);
     let of_surface: Vec<u32> =
