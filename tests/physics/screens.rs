@@ -13,8 +13,8 @@ use sonel_tests::{Traced, meshes};
 const SOURCE: DVec3 = dvec3(0.0, 0.0, 1.2);
 const RECEIVER: DVec3 = dvec3(3.0, 0.0, 1.2);
 const OCTAVES: [f64; 2] = [63.0, 125.0];
-/// What the error may be [dB], a tenth above the largest: a screen with the desk behind it at 125 Hz.
-const ALLOWED: f64 = 2.2;
+/// What the error may be [dB], a tenth above the largest: that of the screen alone at 125 Hz, where the differences are 1.1 dB below boundary elements.
+const ALLOWED: f64 = 2.4;
 
 /// Which of screen, the talker's desk and the listener's desk stand there, how high the screen is [m], and levels re free field [dB] of finite
 /// differences with cells of 0.1 m. At 250 Hz these are doubtful: boundary elements give −9.3 dB for the first one, not −5.7.
