@@ -65,7 +65,7 @@ impl Uncertain {
     #[must_use]
     pub fn predicted(&self) -> ReceiverParameters {
         let uncertainty = MATERIALS.map(|(name, _, [first, second])| {
-            AbsorptionUncertainty::parse(&format!("{name}={first},{second}")).expect("an uncertainty")
+            format!("{name}={first},{second}").parse::<AbsorptionUncertainty>().expect("an uncertainty")
         });
         let mut found = parameters(self.response.echograms());
         let variants = self.map.material_variants(self.response.echograms(), &uncertainty, &Silent);

@@ -232,7 +232,7 @@ pub enum Unsupported {
         end: f64,
     },
     /// Windows of the echo criterion are narrower than the bins.
-    #[error("time bins of {width_ms} ms are too wide for the echo criterion: use --bin 0.001 or below")]
+    #[error("time bins of {width_ms} ms are too wide for the echo criterion: use `bin` 0.001 or below")]
     BinsBeyondEchoes {
         /// Widest bin [ms].
         width_ms: f64,
@@ -265,7 +265,7 @@ pub enum Unsupported {
     },
     /// The decay is no line.
     #[error(
-        "the decay from {from_db:.0} to {to_db:.0} dB is not straight: {found}; no reverberation time describes it, see the decay curve (sonel-analyze plot --what decay)"
+        "the decay from {from_db:.0} to {to_db:.0} dB is not straight: {found}; no reverberation time describes it, see the decay curve"
     )]
     NotStraight {
         /// [dB].
@@ -289,7 +289,7 @@ pub enum Unsupported {
     },
     /// The decay is too fast for the bins.
     #[error(
-        "time bins are too coarse: {borders} of the 3 bin borders needed lie between {from_db:.0} and {to_db:.0} dB of the decay: render with a shorter --bin"
+        "time bins are too coarse: {borders} of the 3 bin borders needed lie between {from_db:.0} and {to_db:.0} dB of the decay: render with a shorter `bin`"
     )]
     TooSteep {
         /// [dB].
@@ -301,7 +301,7 @@ pub enum Unsupported {
     },
     /// The bins are too wide for a time that the parameter depends on.
     #[error(
-        "time bins are too coarse: {width_ms:.1} ms wide, at most {most_ms:.1} ms are allowed: render with a shorter --bin"
+        "time bins are too coarse: {width_ms:.1} ms wide, at most {most_ms:.1} ms are allowed: render with a shorter `bin`"
     )]
     BinTooWide {
         /// [ms].
@@ -311,7 +311,7 @@ pub enum Unsupported {
     },
     /// A decay needs two bins.
     #[error(
-        "time bins are too coarse: a single one follows the direct sound: render with a shorter --bin, or simulate a longer duration"
+        "time bins are too coarse: a single one follows the direct sound: render with a shorter `bin`, or simulate a longer duration"
     )]
     SingleBin,
     /// The limit between early and late lies outside the record.
@@ -350,7 +350,7 @@ pub enum Unsupported {
     #[error("the energies are outside the range of 64-bit numbers")]
     BeyondNumbers,
     /// No directions were asked for.
-    #[error("the response holds no directions: render with --directions")]
+    #[error("the response holds no directions: render with `directions`")]
     NoDirections,
     /// A line needs places.
     #[error(
@@ -428,7 +428,7 @@ pub enum NoInterval {
     #[error("a single measurement has no interval")]
     SingleMeasurement,
     /// One batch has no spread.
-    #[error("the response holds one batch: trace with --batches 2 or more")]
+    #[error("the response holds one batch: trace with `batches` 2 or more")]
     OneBatch,
     /// The batches, which are single numbers, cannot hold what the echogram holds.
     #[error("the energy is below 1e-38 1/m², the least that the batches can hold")]

@@ -204,7 +204,7 @@ pub enum Incomparable {
     Bands,
     /// No spread.
     #[error(
-        "map {map} holds fewer than two batches with emissions: trace it with --batches 2 or more, better 32"
+        "map {map} holds fewer than two batches with emissions: trace it with `batches` 2 or more, better 32"
     )]
     Batches {
         /// A or B.

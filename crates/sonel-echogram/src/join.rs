@@ -16,7 +16,7 @@ use crate::{Arrivals, Batches, Directions, Lateral, Provenance, ReceiverDirectiv
 #[non_exhaustive]
 pub enum JoinError {
     /// A response of all receivers, or one that says nothing of parts.
-    #[error("{0}: the response is not a part of a rendering: render parts with sonel-render --shard I/N")]
+    #[error("{0}: the response is not a part of a rendering: render parts with `shard` I/N")]
     NoPart(String),
     /// Two parts are not of the same rendering.
     #[error(
@@ -38,7 +38,7 @@ pub enum JoinError {
     #[error("{0} and {1} are the same part: leave one out")]
     Twice(String, String),
     /// A part is not there.
-    #[error("part {0}/{1} is missing: render it with --shard {0}/{1}, or add its response")]
+    #[error("part {0}/{1} is missing: render it with `shard` {0}/{1}, or add its response")]
     Missing(u32, u32),
 }
 

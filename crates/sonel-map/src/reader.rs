@@ -99,7 +99,7 @@ impl SonelMap {
         let surfaces = sections.rows::<SurfaceRow>("surfaces")?.to_vec();
         if sections.header.sections.iter().any(|section| section.name.starts_with(DEFLECTING_EDGES)) {
             return Err(MapError::Outdated(
-                "edges deflected its packets (--effects +bending), which is no longer done",
+                "edges deflected its packets (`effects` +bending), which is no longer done",
             ));
         }
         let bands = sections.header.scene.nominal_frequencies.len();

@@ -182,7 +182,7 @@ pub(crate) fn fit_settings(scene: &Scene, settings: RenderSettings) -> Result<Re
     }
     let refused = |what: &str| {
         Err(RenderError::Settings(format!(
-            "the speed of sound of this map has a gradient, and {what}: choose --estimator auto, connection or sphere, without --order"
+            "the speed of sound of this map has a gradient, and {what}: choose `estimator` auto, connection or sphere, without `order`"
         )))
     };
     match settings.estimator {
@@ -207,10 +207,10 @@ pub(crate) fn refuse_regions(scene: &Scene, settings: &RenderSettings) -> Result
         matches!(&settings.air, Air::Attenuation(attenuation) if attenuation.iter().any(|&m| m > 0.0));
     let problem = match (settings.estimator, is_other_air) {
         (Estimator::Paper, _) => {
-            "the paper's estimator needs one air, the scene of this map has several regions of air: choose another --estimator"
+            "the paper's estimator needs one air, the scene of this map has several regions of air: choose another `estimator`"
         }
         (_, true) => {
-            "the scene of this map has several regions of air, which cannot be changed: change them in the scene file and trace again, or use --no-air"
+            "the scene of this map has several regions of air, which cannot be changed: change them in the scene file and trace again, or leave `air` out"
         }
         _ => return Ok(()),
     };

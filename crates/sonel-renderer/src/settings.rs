@@ -97,13 +97,13 @@ impl RenderSettings {
         }
         if self.estimator == Estimator::Paper && self.mirror_order.is_some() {
             return Err(
-                "the paper's estimator has no image sources: leave --order out, or choose another --estimator".to_owned()
+                "the paper's estimator has no image sources: leave `order` out, or choose another `estimator`".to_owned()
             );
         }
         if duration / self.bin > MOST_BINS {
             return Err(format!(
-                "a duration of {duration} s has more than {MOST_BINS} bins of {} s: give wider bins (--bin), or trace again with a \
-                 shorter --duration",
+                "a duration of {duration} s has more than {MOST_BINS} bins of {} s: give wider bins (`bin`), or trace again with a \
+                 shorter `duration`",
                 self.bin
             ));
         }

@@ -31,7 +31,7 @@ pub enum SoundError {
     },
     /// Ambisonics or a head without directions.
     #[error(
-        "the response holds no directions, which ambisonics and binaural responses need: render with --directions"
+        "the response holds no directions, which ambisonics and binaural responses need: render with `directions`"
     )]
     NoDirections,
     /// An array without microphones.
@@ -141,9 +141,7 @@ pub enum SoundError {
         problem: String,
     },
     /// A recording without two ears.
-    #[error(
-        "channels of the recording: {channels}; IACC needs two, left and right: render it with --wav and --hrtf"
-    )]
+    #[error("channels of the recording: {channels}; IACC needs two, left and right: make it for two ears")]
     NotBinaural {
         /// Found.
         channels: usize,

@@ -181,7 +181,7 @@ mod tests {
         assert!(short.bands.iter().all(|band| band.late.is_none()));
         let of_channels =
             |channels| iacc(&Recording { sample_rate_hz: RATE, channels }).unwrap_err().to_string();
-        assert!(of_channels(vec![pulse]).contains("--hrtf"));
+        assert!(of_channels(vec![pulse]).contains("two ears"));
         assert!(of_channels(vec![vec![0.0; 9]; 2]).contains("silent"));
     }
 

@@ -520,7 +520,7 @@ mod tests {
         let response = response([0.001; 3], [0.0; 3]);
         let error =
             Synthesizer::new(&response, SoundSettings::default()).ambisonics((0, 0), 1, UP).unwrap_err();
-        assert!(error.to_string().contains("--directions"), "{error}");
+        assert!(error.to_string().contains("`directions`"), "{error}");
     }
 
     #[test]

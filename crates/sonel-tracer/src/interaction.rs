@@ -28,7 +28,7 @@ pub fn draw_event(thresholds: &[f64; 3], u: f64) -> Event {
 #[inline]
 #[must_use]
 pub fn mirrored(direction: Vec3, normal: Vec3) -> Vec3 {
-    let mirrored = direction - 2.0 * direction.dot(normal) * normal;
+    let mirrored = direction.reflect(normal);
     // One Newton step towards unit length: rounding cannot add up over many reflections, and no root or division makes
     // the next ray wait.
     mirrored * (1.5 - 0.5 * mirrored.length_squared())

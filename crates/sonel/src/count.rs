@@ -1,11 +1,13 @@
 //! Counts as people write them: `1000000`, `1e6`, `1M`, `500k`.
 
+use crate::ParseError;
+
 /// Parses a count.
 ///
 /// # Errors
-/// A sentence for the user where `text` is not a whole number of at least zero.
-pub fn parse_count(text: &str) -> Result<u64, String> {
-    let wrong = || format!("\"{text}\" is not a count: write 1000000, 1e6, 1M or 500k");
+/// Where `text` is not a whole number of at least zero.
+pub fn parse_count(text: &str) -> Result<u64, ParseError> {
+    let wrong = || ParseError(format!("\"{text}\" is not a count: write 1000000, 1e6, 1M or 500k"));
     let (digits, scale) = match text.trim().char_indices().last() {
         Some((at, 'k' | 'K')) => (&text.trim()[..at], 1e3),
         Some((at, 'M')) => (&text.trim()[..at], 1e6),

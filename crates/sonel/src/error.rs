@@ -66,6 +66,17 @@ pub enum Error {
     },
 }
 
+/// A text, such as that of an option, that cannot be read. The message says what is right.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{0}")]
+pub struct ParseError(pub(crate) String);
+
+impl From<ParseError> for Error {
+    fn from(error: ParseError) -> Self {
+        Self::Options(vec![error.0])
+    }
+}
+
 /// Result with this crate's error.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
@@ -108,44 +119,5 @@ impl<T, E: Into<Error>> At<T> for std::result::Result<T, E> {
             Error::Stopped => Error::Stopped,
             error => Error::At { place: place(), cause: Box::new(error) },
         })
-    }
-}
-
-/// `text` with the options that it calls by their field, in backticks, as `spell` writes them.
-#[must_use]
-pub fn with_options_spelled(text: &str, spell: impl Fn(&str) -> String) -> String {
-    let parts = text.split('`').enumerate().map(|(index, part)| match index % 2 {
-        1 if OPTIONS.split(' ').any(|option| option == part) => (spell(part), true),
-        _ => (part.to_owned(), false),
-    });
-    let mut spelled = String::new();
-    let mut last_is_option = true;
-    for (part, is_option) in parts {
-        if !(is_option || last_is_option) {
-            spelled.push('`');
-        }
-        spelled += &part;
-        last_is_option = is_option;
-    }
-    spelled
-}
-
-/// Fields of [`TraceOptions`](crate::TraceOptions) and [`RenderOptions`](crate::RenderOptions) that messages name.
-const OPTIONS: &str = "packets seed batches survival mode spectral duration shard variants extend decision effects plan until at_most memory \
-                       set materials grid audience spacing height bin order radius rays air estimator";
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn options_are_spelled_and_other_quotations_stay() {
-        let spell = |name: &str| format!("--{}", name.replace('_', "-"));
-        let text = "`at_most` needs `until`; no material `felty`: give `bin`";
-        assert_eq!(
-            with_options_spelled(text, spell),
-            "--at-most needs --until; no material `felty`: give --bin"
-        );
-        assert_eq!(with_options_spelled("a `b` c", spell), "a `b` c");
     }
 }

@@ -111,7 +111,7 @@ pub mod version;
 
 pub use coefficients::{Coefficients, MaterialKey};
 pub use count::parse_count;
-pub use error::{Error, Result, with_options_spelled};
+pub use error::{Error, ParseError, Result};
 pub use map::Map;
 pub use observer::{Clock, Observer, Severity, Silent};
 pub use render::{

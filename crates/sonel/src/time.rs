@@ -1,10 +1,12 @@
 //! Times as people write them: `60s`, `5min`, `2h`, or a number of seconds.
 
+use crate::ParseError;
+
 /// Parses a time [s].
 ///
 /// # Errors
-/// A sentence for the user where `text` is no time above zero.
-pub fn parse_time(text: &str) -> Result<f64, String> {
+/// Where `text` is no time above zero.
+pub fn parse_time(text: &str) -> Result<f64, ParseError> {
     let trimmed = text.trim();
     let digits = trimmed.trim_end_matches(|c: char| c.is_alphabetic());
     let scale = match &trimmed[digits.len()..] {
@@ -16,7 +18,7 @@ pub fn parse_time(text: &str) -> Result<f64, String> {
     let seconds = digits.trim().parse::<f64>().ok().zip(scale).map(|(number, scale)| number * scale);
     seconds
         .filter(|seconds| seconds.is_finite() && *seconds > 0.0)
-        .ok_or_else(|| format!("\"{text}\" is not a time: write 60s, 5min or 2h"))
+        .ok_or_else(|| ParseError(format!("\"{text}\" is not a time: write 60s, 5min or 2h")))
 }
 
 #[cfg(test)]
@@ -30,7 +32,7 @@ mod tests {
             assert!((parse_time(text).unwrap() - seconds).abs() < 1e-9, "{text}");
         }
         for text in ["", "s", "-1s", "0", "nan", "1d", "inf"] {
-            assert!(parse_time(text).unwrap_err().contains("60s"), "{text}");
+            assert!(parse_time(text).unwrap_err().0.contains("60s"), "{text}");
         }
     }
 }

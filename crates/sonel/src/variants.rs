@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::str::FromStr;
 
 use sonel_geometry::Geometry;
 use sonel_map::leads::{MOST_SETS, set_count};
@@ -9,7 +10,7 @@ use sonel_scene::{LONGEST_DEFAULT_DURATION, Scene, Value, read_variants};
 
 use crate::coefficients::{self, Coefficients, MaterialKey};
 use crate::names::place;
-use crate::{Error, Result};
+use crate::{Error, ParseError, Result};
 
 /// The key that takes entries of the library.
 const LIBRARY: &str = "library";
@@ -37,8 +38,8 @@ impl Variants {
     /// with `ENTRY,…` of the library.
     ///
     /// # Errors
-    /// A sentence that says what is right.
-    pub fn parse(name: &str, values: &str) -> Result<Self, String> {
+    /// Another name or value.
+    pub fn parse(name: &str, values: &str) -> Result<Self, ParseError> {
         let wrong = || wrong(&format!("{name}={values}"));
         let (material, key) = path(name).ok_or_else(wrong)?;
         let values = parts(values);
@@ -58,14 +59,24 @@ impl Variants {
     /// Other `values` of the coefficient that is called `materials.NAME.KEY`.
     ///
     /// # Errors
-    /// A sentence that says what is right.
-    pub fn of(name: &str, values: Vec<Coefficients>) -> Result<Self, String> {
+    /// Another name or value.
+    pub fn of(name: &str, values: Vec<Coefficients>) -> Result<Self, ParseError> {
         match path(name) {
             Some((material, Some(key))) => {
                 Ok(Self { material, values: Alternatives::Coefficients(key, values) })
             }
             _ => Err(wrong(name)),
         }
+    }
+}
+
+/// `materials.walls.absorption=0.02,0.9`, `materials.walls=ENTRY,…` of the library.
+impl FromStr for Variants {
+    type Err = ParseError;
+
+    fn from_str(text: &str) -> Result<Self, ParseError> {
+        let (name, values) = text.split_once('=').unwrap_or((text, ""));
+        Self::parse(name, values)
     }
 }
 
@@ -82,11 +93,11 @@ impl fmt::Display for Variants {
     }
 }
 
-fn wrong(text: &str) -> String {
-    format!(
+fn wrong(text: &str) -> ParseError {
+    ParseError(format!(
         "\"{text}\" names no variants: write materials.NAME.absorption=0.02,0.9 (or a range 0.02:0.9, or [0.1,0.2,…] per band; also {}), or materials.NAME=ENTRY,ENTRY of the library",
         MaterialKey::ALL[1..].iter().map(|key| key.name()).collect::<Vec<_>>().join(", ")
-    )
+    ))
 }
 
 /// Material and key of `materials.NAME.KEY` or `materials.NAME`.
@@ -226,14 +237,10 @@ mod tests {
     }
 
     fn added(options: &[&str], scene: &Scene) -> Result<Scene> {
-        let parse = |text: &&str| {
-            text.split_once('=').ok_or_else(|| wrong(text)).map(|it| Variants::parse(it.0, it.1))
-        };
-        let options: Result<Vec<_>, String> =
-            options.iter().map(|text| parse(text).and_then(|it| it)).collect();
+        let options = options.iter().map(|text| text.parse()).collect::<Result<Vec<Variants>, _>>()?;
         let mut scene = scene.clone();
         let geometry = scene.geometry()?;
-        add(&options.map_err(Error::refused)?, &mut scene, &geometry).map(|()| scene)
+        add(&options, &mut scene, &geometry).map(|()| scene)
     }
 
     #[test]

@@ -536,12 +536,12 @@ def trace(
     scene
         A scene with sources.
     packets
-        Packets per source (and band with `spectral` per-band); with `shard` of all shards, with `extend` of the whole
-        new map, with `until` the maximum (default enough for half-widths of half a just-noticeable difference, 100k at
-        most; 100k with --shard or --mode paper; those of --decision).
+        Packets per source (and band with `spectral` per-band); with `extend` of the whole new map, with `until` the
+        maximum (default enough for half-widths of half a just-noticeable difference, 100k at most; 100k with `mode`
+        paper).
     until
         Add packets until the half-width of every 95 % interval meets its target, such as t30<1%,level<0.1dB,c80<0.2jnd;
-        else exit code 1. The map is that of `packets` with the final number. Parameters: level, g, edt, t20, t30, c50,
+        `report["until"]["reached"]` says whether it does. The map is that of `packets` with the final number. Parameters: level, g, edt, t20, t30, c50,
         c80, d50, ts; units: %, s, ms, dB, jnd.
     at_most
         Time limit of `until`, such as 60s, 5min, 2h.
@@ -566,7 +566,7 @@ def trace(
     variants
         Other materials that the map carries besides, for `Map.render(set=…)`: {"materials.ceiling.absorption": [0.02, 0.9]}, values that
         are one number or one per band, or a range "0.02:0.9"; also scattering, diffuse, transmission, sound_reduction_db;
-        {"materials.ceiling": ["plaster-painted"]}, entries of the library. The option --for.
+        {"materials.ceiling": ["plaster-painted"]}, entries of the library.
     extend
         A map of the same scene that is continued to `packets` or `until`, with its own settings.
     threads
@@ -911,18 +911,18 @@ class Map(_Managed):
             Estimator for each path class: auto, connection, gather, sphere or paper. Paper needs even air and excludes
             `order`; maps with a gradient take auto, connection, sphere, without `order` (default auto).
         effects
-            Effects of the rendering: -diffraction leaves out sound over edges; other effects are decided by sonel-trace
-            (default auto).
+            Effects of the rendering: -diffraction leaves out sound over edges; other effects are decided by the trace (default
+            auto).
         rays
             Visibility rays per receiver; with `until` the maximum (default a quarter of the packets; 16384 with
-            --estimator paper).
+            `estimator` paper).
         radius
             Radius of the discs in which sonels are gathered [m] (default from room and number of packets).
         order
             Highest order of image sources (default from the room).
         batches
-            Render the first K batches of the map alone: a share of the time, wider intervals. Not with `plan`, `until`
-            (default all).
+            Render the first K batches of the map alone: a share of the time, wider intervals. Not with `until` (default
+            all).
         seed
             Of the rendering (default of the map).
         temperature, humidity

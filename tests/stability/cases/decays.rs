@@ -212,7 +212,7 @@ fn echograms_beyond_all_measure_are_refused() {
     let traced = Traced::new(scene, Settings { emissions: 64, ..Settings::default() });
     let air = Air::Attenuation(vec![1e-3]);
     for (settings, remedy) in [
-        (RenderSettings::default(), "shorter --duration"),
+        (RenderSettings::default(), "shorter `duration`"),
         (RenderSettings { bin: 1e299, air, ..RenderSettings::default() }, "--no-air"),
     ] {
         let refused = Renderer::new(&traced.map, &traced.geometry, settings).err().expect("too much");

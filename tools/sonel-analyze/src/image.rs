@@ -13,10 +13,10 @@ use sonel::names::place;
 use sonel::rendering::picture::{Camera, Windows};
 use sonel::rendering::{Estimator, RenderSettings, Renderer};
 use sonel::scenes::CompiledScene;
-use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::progress::Progress;
 use sonel_console::quantity;
+use sonel_console::{Outcome, spelled};
 
 use crate::arguments::{Image, NamedWindow};
 use crate::open;
@@ -37,7 +37,8 @@ pub(crate) fn run(arguments: &Image, quiet: bool, log: &mut dyn Write) -> anyhow
     let mut drawing = Output::create(&drawn, Kind::DRAWN_PICTURE, &[])?;
     let progress = Progress::begin("counting", quiet);
     let mut reach = |share| progress.reach(share);
-    let seen = renderer.picture(request.source, &request.camera, &request.windows, &mut reach)?;
+    let seen = renderer.picture(request.source, &request.camera, &request.windows, &mut reach);
+    let seen = seen.map_err(|error| spelled(error.into()))?;
     drop(progress);
     request.log_what_is_seen(&seen, &map.header().scene, log)?;
     let picture = request.picture(seen, &map, arguments);

@@ -21,7 +21,7 @@ use std::io::Write;
 use std::sync::LazyLock;
 
 use sonel::version::version;
-use sonel_console::{Log, Outcome, use_threads};
+use sonel_console::{Log, Outcome, speak_as, use_threads};
 
 pub use arguments::{
     Arguments, Auralise, Command, Diff, Export, Format, IaccArguments, Image, Inspect, Listen, Merge,
@@ -36,6 +36,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel::rendering::RE
 /// # Errors
 /// When a file or an option is unusable.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
+    speak_as::<Arguments>();
     use_threads(arguments.threads)?;
     match &arguments.command {
         Command::Parameters(parameters) => parameters::run(parameters, arguments.quiet, out, log),

@@ -7,7 +7,8 @@ pub use sonel::parse_count;
 /// # Errors
 /// A sentence for the user where `text` is not a count of at least one, or too large.
 pub fn parse_rays(text: &str) -> Result<u32, String> {
-    let rays = u32::try_from(parse_count(text)?).ok().filter(|rays| *rays > 0);
+    let rays =
+        u32::try_from(parse_count(text).map_err(|error| error.to_string())?).ok().filter(|rays| *rays > 0);
     rays.ok_or_else(|| format!("give 1 … {} rays", u32::MAX))
 }
 

@@ -17,12 +17,14 @@ pub mod table;
 pub mod uncertainty;
 
 use std::borrow::Cow;
+use std::cell::RefCell;
 use std::error::Error;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
+use clap::CommandFactory;
 
 pub use clock::Stopwatch;
 pub use inputs::parse;
@@ -162,12 +164,31 @@ pub fn spelled(error: sonel::Error) -> anyhow::Error {
     }
 }
 
-/// `text` with options as the command line spells them.
+thread_local! {
+    /// Options of the program that runs: the field that a library calls each by, and what the command line calls it.
+    static OPTIONS: RefCell<Vec<(String, String)>> = const { RefCell::new(Vec::new()) };
+}
+
+/// From now on, messages in this thread call options as program `P` does: `at_most` is `--at-most`.
+pub fn speak_as<P: CommandFactory>() {
+    fn add(command: &clap::Command, options: &mut Vec<(String, String)>) {
+        let long =
+            |option: &clap::Arg| Some((option.get_id().to_string(), format!("--{}", option.get_long()?)));
+        options.extend(command.get_arguments().filter_map(long));
+        command.get_subcommands().for_each(|command| add(command, options));
+    }
+    OPTIONS.with_borrow_mut(|options| {
+        options.clear();
+        add(&P::command(), options);
+    });
+}
+
+/// `text` of a library, which calls options by their field, in backticks, with those of this program as its command line calls them.
 fn in_words(text: &str) -> String {
-    sonel::with_options_spelled(text, |option| match option {
-        "variants" => "--for".to_owned(),
-        "air" => "--no-air".to_owned(),
-        option => format!("--{}", option.replace('_', "-")),
+    OPTIONS.with_borrow(|options| {
+        let spell =
+            |text: String, (field, option): &(String, String)| text.replace(&format!("`{field}`"), option);
+        options.iter().fold(text.to_owned(), spell)
     })
 }
 
@@ -281,6 +302,20 @@ mod tests {
         assert!(succeeds(ErrorKind::BrokenPipe, true) && succeeds(ErrorKind::StorageFull, true));
         assert!(succeeds(ErrorKind::BrokenPipe, false));
         assert!(!succeeds(ErrorKind::StorageFull, false), "a result that is not written is told");
+    }
+
+    #[test]
+    fn options_of_the_program_are_spelled_and_other_quotations_stay() {
+        #[derive(clap::Parser)]
+        struct Program {
+            #[arg(long)]
+            at_most: Option<f64>,
+            #[arg(long = "for")]
+            variants: Option<String>,
+        }
+        speak_as::<Program>();
+        let text = "`at_most` needs `variants`; no material `felty`: give `bin`";
+        assert_eq!(in_words(text), "--at-most needs --for; no material `felty`: give `bin`");
     }
 
     #[test]

@@ -127,7 +127,7 @@ pub struct Arguments {
     /// Change a coefficient or directivity: materials.NAME.absorption=0.4 (also scattering, diffuse, transmission,
     /// sound_reduction_db; one number, or one per band with commas between), materials.NAME.library=ENTRY, sources.NAME.directivity=WORD or a file (.csv, .sofa);
     /// repeatable. What the stored paths do not support is refused, with the sonel-trace command that makes it possible.
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = parse_change)]
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = str::parse::<Change>)]
     pub set: Vec<Change>,
     /// Also render this variant of the scene file ([variants.NAME]), to RESPONSE-NAME.npz beside the response with the materials of the
     /// scene; repeatable. all: every variant. --materials and --set apply to each.
@@ -207,12 +207,6 @@ impl Arguments {
             memory: self.memory.map(|bytes| bytes as f64),
         }
     }
-}
-
-/// Reads `materials.NAME.KEY=VALUE` or `sources.NAME.directivity=WORD` or a file.
-fn parse_change(text: &str) -> Result<Change, String> {
-    let (name, value) = text.split_once('=').unwrap_or((text, ""));
-    Change::parse(name, value)
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ use sonel::{ClassShare, Map, RenderOptions, Rendered};
 use sonel_console::follower::Follower;
 use sonel_console::output::{self, Kind, Output};
 use sonel_console::quantity::counted;
-use sonel_console::{Log, Outcome, use_threads};
+use sonel_console::{Log, Outcome, speak_as, use_threads};
 
 use walk::Walk;
 
@@ -29,6 +29,7 @@ pub use sound::{SoundArguments, SoundFiles};
 /// # Errors
 /// When the map is damaged, a receiver impossible, or the output cannot be written.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
+    speak_as::<Arguments>();
     let follower = Follower::new(arguments.common.quiet, log);
     use_threads(arguments.common.threads)?;
     let map = follower.result(Map::open(&arguments.map))?;

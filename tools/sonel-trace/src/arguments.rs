@@ -48,7 +48,7 @@ pub struct Arguments {
     /// Other materials that the map carries besides, for --set of sonel-render: materials.NAME.absorption=0.02,0.9, a range
     /// 0.02:0.9, lists per band in brackets; also scattering, diffuse, transmission, sound_reduction_db;
     /// materials.NAME=ENTRY,… of the library; repeatable. Not with --mode paper [default: `variants` of the scene].
-    #[arg(long = "for", value_name = "NAME=VALUES", value_parser = parse_variants)]
+    #[arg(long = "for", value_name = "NAME=VALUES", value_parser = str::parse::<Variants>)]
     pub variants: Vec<Variants>,
     /// Continue this map of the same scene to --packets N (larger) or --until, with its own settings: byte for byte the map
     /// of the longer run. --output may name the same file. Not for shards.
@@ -115,10 +115,4 @@ impl Arguments {
             memory: self.memory.map(|bytes| bytes as f64),
         }
     }
-}
-
-/// Reads `materials.NAME.KEY=VALUE,…` or `materials.NAME=ENTRY,…`.
-fn parse_variants(text: &str) -> Result<Variants, String> {
-    let (name, values) = text.split_once('=').unwrap_or((text, ""));
-    Variants::parse(name, values)
 }

@@ -16,7 +16,7 @@ use sonel::plan as tables;
 use sonel::{Map, MapStore, Scene};
 use sonel_console::follower::Follower;
 use sonel_console::output::{self, Kind, Output, failed};
-use sonel_console::{Log, Outcome, spelled, use_threads};
+use sonel_console::{Log, Outcome, speak_as, spelled, use_threads};
 
 pub use arguments::Arguments;
 pub use program::Program;
@@ -26,6 +26,7 @@ pub use program::Program;
 /// # Errors
 /// When the scene, the options or the output are unusable, or the room leaks.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
+    speak_as::<Program>();
     let follower = Follower::new(arguments.quiet, log).verbose(arguments.verbose);
     use_threads(arguments.threads)?;
     let mut options = arguments.options();

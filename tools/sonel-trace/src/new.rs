@@ -10,7 +10,7 @@ use sonel::scenes::{Draft, DraftOptions, Purpose, SceneErrors, shell_word};
 use sonel_console::count::numbers;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::Progress;
-use sonel_console::{Common, Outcome, input};
+use sonel_console::{Common, Outcome, input, spelled};
 
 /// Write a commented scene file for a mesh or a rectangular room: materials to choose from, a source, receivers
 ///
@@ -69,7 +69,7 @@ pub(crate) fn run(new: &New, log: &mut dyn Write) -> anyhow::Result<Outcome> {
         (None, Some(mesh)) => of_mesh(new, mesh, &options)?,
         (None, None) => bail!("give a mesh, or --shoebox X,Y,Z"),
     };
-    let Draft { text, warnings, notes } = draft?;
+    let Draft { text, warnings, notes } = draft.map_err(|errors| spelled(errors.into()))?;
     for note in notes {
         writeln!(log, "{note}")?;
     }

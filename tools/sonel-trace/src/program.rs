@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use clap::{Parser, Subcommand};
-use sonel_console::{Common, Log, Outcome, use_threads};
+use sonel_console::{Common, Log, Outcome, speak_as, use_threads};
 
 use crate::{Arguments, check, materials, new};
 
@@ -61,6 +61,7 @@ impl Program {
     /// # Errors
     /// The errors of the command.
     pub fn run(&self, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
+        speak_as::<Self>();
         if let Some(command) = &self.command {
             use_threads(command.common().threads)?;
         }

@@ -26,7 +26,7 @@ pub struct HeadArguments {
     pub revision: Option<String>,
     /// What the mean over the receivers shall meet: t30=0.6s±20%@250-2000, c50>=2dB@500,1000, or a curve: din18041-a1 … din18041-a5, bb93-primary,
     /// bb93-secondary, ansi-s12.60; repeatable.
-    #[arg(long = "target", value_name = "CRITERION", value_parser = Criterion::parse)]
+    #[arg(long = "target", value_name = "CRITERION", value_parser = str::parse::<Criterion>)]
     pub targets: Vec<Criterion>,
     /// Uncertainty of materials.
     #[command(flatten)]

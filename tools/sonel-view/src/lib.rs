@@ -12,7 +12,7 @@ use anyhow::bail;
 use sonel_console::follower::Follower;
 use sonel_console::heard::HeardArguments;
 use sonel_console::output::{Kind, Output, has_ending};
-use sonel_console::{Log, Outcome, use_threads};
+use sonel_console::{Log, Outcome, speak_as, use_threads};
 
 pub use arguments::{Arguments, HeadArguments};
 use files::Files;
@@ -24,6 +24,7 @@ pub use page::single::Single;
 /// # Errors
 /// When a file is unusable, or the output or the address cannot be had.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
+    speak_as::<Arguments>();
     use_threads(arguments.common.threads)?;
     if let Some(output) = &arguments.output {
         return freeze(

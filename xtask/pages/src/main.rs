@@ -41,7 +41,7 @@ enum Page {
     Hall,
     /// Write scenes/loudspeaker/loudspeaker.csv from the sizes of the loudspeaker
     Loudspeaker,
-    /// Write the tables of options in docs/interface.md and the keywords of Python from the command lines
+    /// Write the tables of options in docs/interface.md from the command lines
     Options,
     /// Write the meshes of scenes/classroom, scenes/office and scenes/church and the figures in their READMEs from the plans
     Rooms,

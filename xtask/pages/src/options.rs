@@ -1,46 +1,17 @@
-//! Tables of options in docs/interface.md and the keywords that Python shares with them, from the command lines of the programs.
+//! Tables of options in docs/interface.md, from the command lines of the programs.
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::{Arg, ArgAction, Command, CommandFactory};
 use xtask::workspace;
 
 const PAGE: &str = "docs/interface.md";
-const PYTHON: &str = "python/package/sonel/__init__.py";
 
 /// Options that every command has: the page explains them once.
 const COMMON: [&str; 4] = ["quiet", "threads", "help", "version"];
 
-/// Keywords of `trace` and `Map.render` in Python that mean what the option of that name means, in the same words.
-const KEYWORDS: [(&str, &[&str]); 2] = [
-    (
-        "sonel-trace",
-        &[
-            "packets", "seed", "batches", "survival", "mode", "spectral", "duration", "effects", "until",
-            "at_most", "memory",
-        ],
-    ),
-    (
-        "sonel-render",
-        &[
-            "grid",
-            "bin",
-            "estimator",
-            "effects",
-            "order",
-            "batches",
-            "radius",
-            "rays",
-            "directions",
-            "materials",
-            "memory",
-        ],
-    ),
-];
-
-/// Writes the tables and keywords.
+/// Writes the tables.
 pub(crate) fn run() -> Result<()> {
-    workspace::write(PAGE, page(&workspace::read(PAGE)?)?)?;
-    workspace::write(PYTHON, python(&workspace::read(PYTHON)?)?)
+    workspace::write(PAGE, page(&workspace::read(PAGE)?)?)
 }
 
 fn programs() -> [Command; 4] {
@@ -52,28 +23,52 @@ fn programs() -> [Command; 4] {
     ]
 }
 
-/// The page with the tables of the programs in place of its own.
+/// A command with the rows of its options.
+type Rows = (String, Vec<String>);
+
+/// The page with the tables of the programs in place of its own. What several commands have is in a table of its own.
 fn page(page: &str) -> Result<String> {
-    let mut page = page.to_owned();
+    let mut commands: Vec<Rows> = Vec::new();
     for mut program in programs() {
         program.build();
         let name = program.get_name().to_owned();
-        let commands = program.get_subcommands().filter(|command| command.get_name() != "help");
-        let commands = commands.map(|command| (format!("{name} {}", command.get_name()), table(command)));
-        let tables = std::iter::once((name.clone(), table(&program))).chain(commands);
-        for (name, table) in tables.filter_map(|(name, table)| Some((name, table?))) {
-            page = workspace::with_block(&page, &name, &table)?;
-        }
+        commands.push((name.clone(), rows(&program)));
+        let others = program.get_subcommands().filter(|command| command.get_name() != "help");
+        commands.extend(others.map(|command| (format!("{name} {}", command.get_name()), rows(command))));
     }
-    Ok(page)
+    let is_shared = |row: &&String| commands.iter().filter(|(_, rows)| rows.contains(row)).count() > 1;
+    let mut shared: Vec<String> = Vec::new();
+    let mut page = page.to_owned();
+    for (name, rows) in commands.iter().filter(|(_, rows)| !rows.is_empty()) {
+        let (also, own): (Vec<&String>, Vec<&String>) = rows.iter().partition(is_shared);
+        let mut block = if own.is_empty() { String::new() } else { table(own) };
+        if !also.is_empty() {
+            let names = also.iter().filter_map(|row| row.split(" | ").next()?.strip_prefix("| "));
+            let space = if block.is_empty() { "" } else { "\n" };
+            block = format!(
+                "{block}{space}[Shared](#shared-options): {}.\n",
+                names.collect::<Vec<_>>().join("; ")
+            );
+        }
+        page = workspace::with_block(&page, name, &block)?;
+        let new: Vec<String> = also.into_iter().filter(|row| !shared.contains(row)).cloned().collect();
+        shared.extend(new);
+    }
+    workspace::with_block(&page, "shared", &table(shared.iter().collect()))
 }
 
-/// The options of `command`; none where it has no own ones.
-fn table(command: &Command) -> Option<String> {
+fn table(rows: Vec<&String>) -> String {
+    format!(
+        "| option | meaning | default |\n|---|---|---|\n{}",
+        rows.into_iter().map(String::as_str).collect::<String>()
+    )
+}
+
+/// The options of `command`.
+fn rows(command: &Command) -> Vec<String> {
     let own =
         |arg: &&Arg| !arg.is_positional() && !arg.is_hide_set() && !COMMON.contains(&arg.get_id().as_str());
-    let rows: Vec<String> = command.get_arguments().filter(own).map(row).collect();
-    (!rows.is_empty()).then(|| format!("| option | meaning | default |\n|---|---|---|\n{}", rows.concat()))
+    command.get_arguments().filter(own).map(row).collect()
 }
 
 fn row(arg: &Arg) -> String {
@@ -115,28 +110,6 @@ fn sentence(arg: &Arg) -> (String, String) {
     (help.trim_end_matches('.').to_owned(), default)
 }
 
-/// The module with the sentences of the programs for the shared keywords.
-fn python(module: &str) -> Result<String> {
-    let mut module = module.to_owned();
-    for (program, keywords) in KEYWORDS {
-        let program =
-            programs().into_iter().find(|command| command.get_name() == program).context("no program")?;
-        for keyword in keywords {
-            let arg = program.get_arguments().find(|arg| arg.get_id() == *keyword);
-            let arg = arg.with_context(|| format!("no option {keyword}"))?;
-            module = with_entry(&module, program.get_name(), keyword, &in_python(arg))?;
-        }
-    }
-    Ok(module)
-}
-
-/// The sentence of `arg` with options as keywords: `until` for --until.
-fn in_python(arg: &Arg) -> String {
-    let (meaning, default) = sentence(arg);
-    let meaning = with_options(&meaning, |option| format!("`{}`", option.replace('-', "_")));
-    if default.is_empty() { format!("{meaning}.") } else { format!("{meaning} (default {default}).") }
-}
-
 /// `text` with the names of options in it as `spell` writes them, their dashes included.
 fn with_options(text: &str, spell: impl Fn(&str) -> String) -> String {
     let word = |word: &str| match word.split_once("--") {
@@ -150,51 +123,15 @@ fn with_options(text: &str, spell: impl Fn(&str) -> String) -> String {
     text.split(' ').map(word).collect::<Vec<_>>().join(" ")
 }
 
-/// `module` with `sentence` below `keyword` in the section Parameters of the docstring that names `program`, wrapped.
-fn with_entry(module: &str, program: &str, keyword: &str, sentence: &str) -> Result<String> {
-    let lost = || format!("{PYTHON}: no parameter {keyword} in the docstring about {program}");
-    let start = module.find(&format!("that of {program} with the options")).with_context(lost)?;
-    let end = start + module[start..].find("\"\"\"").with_context(lost)?;
-    let find = |indent: usize| {
-        let line = format!("\n{}{keyword}\n", " ".repeat(indent));
-        Some((start + module[start..end].find(&line)? + line.len(), indent + 4))
-    };
-    let (at, indent) = find(4).or_else(|| find(8)).with_context(lost)?;
-    let (before, rest) = module.split_at(at);
-    let deeper = " ".repeat(indent);
-    let length: usize =
-        rest.split_inclusive('\n').take_while(|line| line.starts_with(&deeper)).map(str::len).sum();
-    Ok(format!("{before}{}{}", wrapped(sentence, indent), &rest[length..]))
-}
-
-/// Lines of at most 120 columns after `indent` blanks.
-fn wrapped(text: &str, indent: usize) -> String {
-    let mut lines = vec![" ".repeat(indent)];
-    for word in text.split(' ') {
-        let line = lines.last_mut().expect("a line");
-        if line.trim().is_empty() {
-            line.push_str(word);
-        } else if line.chars().count() + 1 + word.chars().count() <= 120 {
-            line.push(' ');
-            line.push_str(word);
-        } else {
-            lines.push(" ".repeat(indent) + word);
-        }
-    }
-    lines.join("\n") + "\n"
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     /// `cargo pages options` has been run.
     #[test]
-    fn page_and_keywords_say_what_the_programs_say() {
+    fn the_page_says_what_the_programs_say() {
         let own = workspace::read(PAGE).unwrap();
         assert!(own == page(&own).unwrap(), "{PAGE} is behind: run `cargo pages options`");
-        let own = workspace::read(PYTHON).unwrap();
-        assert!(own == python(&own).unwrap(), "{PYTHON} is behind: run `cargo pages options`");
     }
 
     #[test]
@@ -202,14 +139,5 @@ mod tests {
         let own = workspace::read(PAGE).unwrap();
         let other = own.replace("| `--seed", "| another `--seed");
         assert_ne!(other, page(&other).unwrap());
-        let own = workspace::read(PYTHON).unwrap();
-        let other = own.replace("\n    seed\n        ", "\n    seed\n        another ");
-        assert_ne!(other, python(&other).unwrap());
-    }
-
-    #[test]
-    fn sentences_speak_of_keywords() {
-        let arg = Arg::new("rays").long("rays").help("Rays; with --until, the maximum [default: 3].");
-        assert_eq!(in_python(&arg), "Rays; with `until`, the maximum (default 3).");
     }
 }

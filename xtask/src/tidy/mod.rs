@@ -11,6 +11,7 @@ mod purity;
 mod references;
 mod rings;
 mod rust_source;
+mod snippets;
 mod tree;
 
 use anyhow::{Result, bail};
@@ -19,7 +20,7 @@ use tree::{Finding, Tree};
 
 type Rule = fn(&Tree) -> Vec<Finding>;
 
-const RULES: [(&str, Rule); 13] = [
+const RULES: [(&str, Rule); 14] = [
     ("arrows between our crates point down", layering::arrows),
     ("programs and Python name crate sonel and none below it", layering::one_door),
     ("a foreign package has one home", layering::homes),
@@ -33,6 +34,7 @@ const RULES: [(&str, Rule); 13] = [
     ("citations are resolved", references::citations),
     ("no paths of one machine", paths::absolute),
     ("links lead somewhere", links::targets),
+    ("Rust on pages is compiled", snippets::compiled),
 ];
 
 /// Prints every finding; an error if there is any.

@@ -124,7 +124,7 @@ fn bins_too_wide_for_a_limit_are_refused() {
         values(0.2)[5..].iter().map(|value| value.clone().unwrap_err().to_string()).collect();
     for (reason, most) in reasons.iter().zip(["12.5", "20.0", "12.5", "10.0"]) {
         assert!(
-            reason.contains(&format!("at most {most} ms are allowed: render with a shorter --bin")),
+            reason.contains(&format!("at most {most} ms are allowed: render with a shorter `bin`")),
             "{reason}"
         );
     }

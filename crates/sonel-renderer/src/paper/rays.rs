@@ -111,7 +111,7 @@ impl Paper {
                     }
                     Turn::Mirror => {
                         let normal = normal_on(hit.side, surface.normal.as_vec3().normalize());
-                        direction = (direction - 2.0 * direction.dot(normal) * normal).normalize();
+                        direction = direction.reflect(normal).normalize();
                         hit.side
                     }
                     Turn::Through => hit.side.opposite(),

@@ -94,14 +94,15 @@ impl Renderer<'_> {
         if values > MOST_VALUES {
             return Err(RenderError::Settings(format!(
                 "a picture of {width}x{height} pixels with {} windows and {} bands has {values} values, at most \
-                 {MOST_VALUES} are possible: give a smaller --size or fewer --windows",
+                 {MOST_VALUES} are possible: give a smaller `size` or fewer `windows`",
                 windows.count(),
                 scene.bands.count()
             )));
         }
         let sheets = Sheet::all(self.geometry);
-        let free_path = self.surveys[source].scale.free_path;
-        let radius = disc_radius(DISC_PER_FREE_PATH, free_path, &self.settings, &self.map.header().settings);
+        let free_path = self.survey(source).scale.free_path;
+        let radius =
+            disc_radius(DISC_PER_FREE_PATH, free_path, &self.prepared.settings, &self.map.header().settings);
         let rows = (TILE_PIXELS / width).max(1);
         let mut tiles: Vec<Tile> = (0..height.div_ceil(rows))
             .into_par_iter()
@@ -127,20 +128,20 @@ impl Renderer<'_> {
 
     /// The sonels of a chunk on the surfaces seen, within the windows.
     fn arrivals(&self, chunk: (u32, u64), sheets: &[Sheet], is_seen: &[bool], windows: &Windows) -> Arrivals {
-        let mut weight = PathWeight::of(&self.table);
+        let mut weight = PathWeight::of(&self.prepared.table);
         let mut found = Arrivals::default();
         for path in self.map.chunk_paths(chunk) {
-            let unit = self.emissions.share(path.emission);
+            let unit = self.prepared.emissions.share(path.emission);
             self.follow_path(path, chunk.0 as usize, unit, &mut weight, |segment, arriving| {
                 let Some(arrival) = segment.arrival else { return };
                 let place = place(arrival.surface, arrival.side);
-                let within = self.bins.bin(segment.end_length).filter(|_| is_seen[place as usize]);
+                let within = self.prepared.bins.bin(segment.end_length).filter(|_| is_seen[place as usize]);
                 let Some(window) = within.and_then(|_| windows.of(segment.end_length)) else { return };
                 let at = sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
                 found.sonels.push(SeenSonel { place, window, at });
                 let first = found.energy.len();
                 found.energy.extend_from_slice(arriving);
-                self.carried_air.attenuate(segment.end_length, &mut found.energy[first..]);
+                self.prepared.carried_air.attenuate(segment.end_length, &mut found.energy[first..]);
             });
         }
         found
@@ -148,14 +149,14 @@ impl Renderer<'_> {
 
     /// The tiles as one picture, with every band for itself.
     fn assemble(&self, tiles: Vec<Tile>, windows: usize, radius: f64) -> Picture {
-        let bands = self.classes.bands();
+        let bands = self.prepared.classes.bands();
         let nothing = || WindowPicture { energy: vec![Vec::new(); bands], relative_error: Vec::new() };
         let mut picture =
             Picture { seen: Vec::new(), windows: (0..windows).map(|_| nothing()).collect(), radius };
         for tile in tiles {
             for (number, window) in picture.windows.iter_mut().enumerate() {
                 for (band, energy) in window.energy.iter_mut().enumerate() {
-                    energy.extend(tile.energies(number, self.classes.of(band)));
+                    energy.extend(tile.energies(number, self.prepared.classes.of(band)));
                 }
                 window.relative_error.extend(tile.relative_errors(number));
             }

@@ -57,10 +57,10 @@ impl Tile {
             Some(PixelDisc { disc: sheets[hit.surface.0 as usize].disc(hit, radius), pixel })
         };
         let discs = seen.iter().enumerate().filter_map(disc).collect();
-        let lanes = lanes_of(renderer.table.bands());
+        let lanes = lanes_of(renderer.prepared.table.bands());
         let mut bands = vec![Lanes::ZERO; lanes];
-        for band in 0..renderer.classes.bands() {
-            *bands.band_mut(renderer.classes.of(band)) += 1.0;
+        for band in 0..renderer.prepared.classes.bands() {
+            *bands.band_mut(renderer.prepared.classes.of(band)) += 1.0;
         }
         Self {
             index: GatherIndex::new(discs),

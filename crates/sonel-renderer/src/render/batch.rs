@@ -8,16 +8,15 @@ use sonel_map::{Arrival, BandValues, Lanes, PathView, PathWeight, Segment, Segme
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
 use super::{Progress, Renderer};
-use crate::crossings::Crossings;
-use crate::deposit::{Deposits, TimeBins};
-use crate::directions::{Axes, Columns};
+use crate::deposit::Deposits;
 use crate::exact::mirror::Radiator;
 use crate::path_class::PathClass;
-use crate::receiver::{PreparedReceiver, axes};
+use crate::receiver::PreparedReceiver;
 use crate::regions::Fading;
-use crate::rendering::{CoarseEchogram, Rendering};
-use crate::stochastic::connection::{Arriving, ClassDeposits, DiffuseSonel, connect, normal_on};
+use crate::rendering::Rendering;
+use crate::stochastic::connection::{DiffuseSonel, connect, normal_on};
 use crate::stochastic::crossing::{AssignedClasses, Piece, cross, is_left_to_sphere};
+use crate::stochastic::estimate::{Arriving, BatchEstimate, Tile};
 use crate::stochastic::gather::disc::place;
 use crate::stochastic::gather::near::NearSource;
 use crate::stochastic::gather::rays::{Found, GatherPoint, Observer, Sonels};
@@ -29,119 +28,6 @@ use crate::stochastic::selection::{Selector, SonelSelection};
 
 /// Batches rendered before they are added: bounds the memory, whatever the number of threads.
 pub const BATCHES_IN_FLIGHT: u32 = 8;
-
-/// One batch's estimate: all its echograms, and the sums of its classes per receiver.
-pub(crate) struct BatchEstimate<'t> {
-    tile: &'t Tile<'t>,
-    deposits: Deposits,
-    sums: [Vec<Lanes>; PathClass::ALL.len()],
-    /// Packets that passed near the balls of the receivers.
-    pub crossings: Crossings,
-    /// E′ − E by receiver and column, see [`crate::stochastic::kernel`].
-    kernel: Vec<CoarseEchogram>,
-    axes: Axes,
-    /// Energy under way at [`TimeBins::marks`](crate::deposit::TimeBins::marks).
-    under_way: [Vec<Lanes>; 2],
-}
-
-impl<'t> BatchEstimate<'t> {
-    fn new(tile: &'t Tile<'t>, bins: usize, bands: usize) -> Self {
-        let axes = axes(tile.receivers);
-        let Columns { fine, coarse } = axes.columns();
-        Self {
-            tile,
-            deposits: Deposits::new(tile.receivers.len() * fine, bins, bands),
-            kernel: CoarseEchogram::of_receivers(tile.borders, coarse, bands),
-            axes,
-            sums: PathClass::ALL.map(|_| vec![Lanes::ZERO; tile.receivers.len() * lanes_of(bands)]),
-            crossings: Crossings::new(tile.receivers.len(), bands),
-            under_way: [(); 2].map(|()| vec![Lanes::ZERO; lanes_of(bands)]),
-        }
-    }
-
-    /// Forgets the batch before. Memory is taken over from batch to batch: fresh pages would cost a tenth of the time.
-    fn clear(&mut self) {
-        self.deposits.clear();
-        self.sums.iter_mut().chain(&mut self.under_way).for_each(|sum| sum.fill(Lanes::ZERO));
-        self.crossings.clear();
-        self.kernel.iter_mut().for_each(CoarseEchogram::clear);
-    }
-
-    /// Counts what `segment` carries at [`TimeBins::marks`](crate::deposit::TimeBins::marks). What escapes brings nothing any more.
-    pub(crate) fn record_segment(
-        &mut self,
-        segment: &Segment<'_>,
-        medium: &Medium<'_>,
-        scratch: &mut [Lanes],
-    ) {
-        for (sum, mark) in self.under_way.iter_mut().zip(medium.bins.marks()) {
-            if segment.escapes || mark < segment.start_length || mark >= segment.end_length {
-                continue;
-            }
-            scratch.copy_from_slice(segment.energy);
-            medium.airs.fade(segment.air, mark - segment.start_length, scratch);
-            medium.air.attenuate(mark, scratch);
-            sum.add(scratch);
-        }
-    }
-
-    /// Adds the estimate of `batch` of `weight` to `rendering`, its echograms to `total`.
-    fn add_to(
-        &self,
-        rendering: &mut Rendering,
-        total: &mut Deposits,
-        (batch, weight): (usize, f64),
-        bins: &TimeBins,
-    ) {
-        let tile = self.tile;
-        let receivers = tile.receivers.len();
-        for (class, sums) in PathClass::ALL.into_iter().zip(&self.sums) {
-            for (receiver, sum) in (tile.first..).zip(sums.chunks_exact(sums.len() / receivers)) {
-                rendering.record(class, receiver, weight, sum);
-            }
-        }
-        rendering.crossings.add(tile.first, &self.crossings, weight);
-        if tile.first == 0 {
-            rendering.add_energy_in_flight(weight, &self.under_way);
-        }
-        let columns = self.axes.columns();
-        total.add_receivers(tile.first * columns.fine, &self.deposits, weight);
-        for (local, column) in (0..receivers).flat_map(|local| (0..columns.coarse).map(move |c| (local, c))) {
-            let index = (tile.first + local) * columns.coarse + column;
-            rendering.kernel_differences[batch][index].add(&self.kernel[local * columns.coarse + column]);
-            let (borders, first_arrival) = (&tile.borders[local], bins.time(tile.direct_lengths[local]));
-            let fine = local * columns.fine + column;
-            let coarse = &mut rendering.batches[batch][index];
-            coarse.add_fine(borders, &self.deposits, fine, bins, first_arrival);
-        }
-    }
-
-    /// Accumulators of the estimator of `class`.
-    pub(crate) fn class(&mut self, class: PathClass) -> ClassDeposits<'_> {
-        ClassDeposits {
-            deposits: &mut self.deposits,
-            sum: &mut self.sums[class as usize],
-            kernel: &mut self.kernel,
-            crossings: &mut self.crossings,
-            axes: &self.axes,
-            coarse_bins: &self.tile.coarse_bins,
-        }
-    }
-}
-
-/// Receivers whose echograms are estimated together.
-pub(crate) struct Tile<'a> {
-    /// Index of the first.
-    first: usize,
-    /// The receivers.
-    pub receivers: &'a [PreparedReceiver],
-    /// Time borders of their batches [s].
-    borders: &'a [Vec<f64>],
-    /// Lengths of the straight ways from the source [m].
-    pub direct_lengths: Vec<f64>,
-    /// The coarse bin of every fine bin, by receiver.
-    coarse_bins: Vec<Vec<u32>>,
-}
 
 /// Receivers that share a sweep, with their images.
 pub(crate) struct ReceiverGroup<'a> {
@@ -186,7 +72,7 @@ impl Renderer<'_> {
             receivers,
             borders,
             direct_lengths: receivers.iter().map(direct_length).collect(),
-            coarse_bins: borders.iter().map(|borders| coarse_bins(borders, &self.bins)).collect(),
+            coarse_bins: borders.iter().map(|borders| coarse_bins(borders, &self.prepared.bins)).collect(),
         }
     }
 
@@ -221,7 +107,7 @@ impl Renderer<'_> {
     ) -> ControlFlow<()> {
         let count = batches.len() as u32;
         let mut estimates: Vec<BatchEstimate<'_>> = (0..count.min(BATCHES_IN_FLIGHT))
-            .map(|_| BatchEstimate::new(tile, self.bins.count, self.table.bands()))
+            .map(|_| BatchEstimate::new(tile, self.prepared.bins.count, self.prepared.table.bands()))
             .collect();
         let done = Mutex::new((0, progress));
         for first in batches.clone().step_by(BATCHES_IN_FLIGHT as usize) {
@@ -234,8 +120,8 @@ impl Renderer<'_> {
                 progress(f64::from(*done) / f64::from(count))
             })?;
             for (batch, estimate) in (first as usize..).zip(group) {
-                let weight = self.emissions.batches[batch].weight;
-                estimate.add_to(rendering, total, (batch, weight), &self.bins);
+                let weight = self.prepared.emissions.batches[batch].weight;
+                estimate.add_to(rendering, total, (batch, weight), &self.prepared.bins);
             }
         }
         ControlFlow::Continue(())
@@ -247,7 +133,9 @@ impl Renderer<'_> {
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
         let images: Vec<Option<ReceiverImages>> = receivers
             .par_iter()
-            .map(|receiver| ReceiverImages::new(self.geometry, &self.table, receiver, self.image_order))
+            .map(|receiver| {
+                ReceiverImages::new(self.geometry, &self.prepared.table, receiver, self.prepared.image_order)
+            })
             .collect();
         let others = |images: &Option<ReceiverImages>| AssignedClasses {
             mirror_order,
@@ -256,9 +144,10 @@ impl Renderer<'_> {
             diffuse: self.connects_diffuse(),
         };
         let others = images.iter().map(others).collect();
-        let is_near = self.gather.is_some() && receivers.iter().any(PreparedReceiver::is_near_surface);
-        let selection = self.surveys[source].selection.as_ref();
-        let source = is_near.then(|| NearSource::new(self.geometry, &self.table, radiator));
+        let is_near =
+            self.prepared.gather.is_some() && receivers.iter().any(PreparedReceiver::is_near_surface);
+        let selection = self.survey(source).selection.as_ref();
+        let source = is_near.then(|| NearSource::new(self.geometry, &self.prepared.table, radiator));
         ReceiverGroup { tile, images, others, source, selection }
     }
 
@@ -276,7 +165,7 @@ impl Renderer<'_> {
         scratch: &mut [Lanes],
         estimate: &mut BatchEstimate<'_>,
     ) -> Option<GatherIndex<GatherPoint>> {
-        let (sheets, settings) = self.gather.as_ref()?;
+        let (sheets, settings) = self.prepared.gather.as_ref()?;
         let medium = self.medium();
         let mut points = Vec::new();
         for (number, receiver) in group.tile.receivers.iter().enumerate() {
@@ -285,14 +174,14 @@ impl Renderer<'_> {
             }
             let mut stream = receiver_stream(self.seed(), Purpose::VisibilityRay, receiver, source, batch);
             let image_order = group.others[number].image_order;
-            let sample = &self.surveys[source].sample;
+            let sample = &self.survey(source).sample;
             let observer = Observer { number: number as u32, receiver, image_order, sample };
             cast(&medium, sheets, observer, settings, &mut stream, |found| match found {
                 Found::Disc(point) => points.push(point),
                 Found::Near(place) => {
                     let Some(source) = &group.source else { return };
-                    let mut deposits = estimate.class(last_class(place.ray.is_seen_directly()));
-                    source.connect(&place, number, receiver, &medium, scratch, &mut deposits);
+                    let mut deposit = estimate.of(last_class(place.ray.is_seen_directly()), &medium);
+                    source.connect(&place, number, receiver, scratch, &mut deposit);
                 }
             });
         }
@@ -315,13 +204,14 @@ impl Renderer<'_> {
         estimate: &mut BatchEstimate<'_>,
     ) {
         let Scratch { index, discs, brought, selected, .. } = scratch;
-        let Some(((sheets, _), index)) = self.gather.as_ref().zip(index.as_ref()) else { return };
+        let Some(((sheets, _), index)) = self.prepared.gather.as_ref().zip(index.as_ref()) else { return };
         let medium = self.medium();
         let at = sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
         // Discs weigh with the diffuse mean; what this sonel's angle reflects more or less of it is its own.
-        let reflected = self.table.relative_reflection(arrival.surface, segment.direction()).map(|more| {
-            selected.iter().zip(more).map(|(&energy, more)| energy * more).collect::<Vec<Lanes>>()
-        });
+        let reflected =
+            self.prepared.table.relative_reflection(arrival.surface, segment.direction()).map(|more| {
+                selected.iter().zip(more).map(|(&energy, more)| energy * more).collect::<Vec<Lanes>>()
+            });
         let arriving = reflected.as_deref().unwrap_or(selected);
         index.around(place(arrival.surface, arrival.side), at, discs);
         brought.clear();
@@ -343,10 +233,10 @@ impl Renderer<'_> {
             let prepared = &group.tile.receivers[receiver];
             let [ray, leg] = [point.length, leg].map(|length| length * prepared.stretch);
             let length = segment.end_length + ray + leg;
-            let Some(bin) = self.bins.bin(length) else { continue };
+            let Some(bin) = self.prepared.bins.bin(length) else { continue };
             medium.receive(prepared, (ray + leg).max(0.0), brought);
             let arriving = Arriving { receiver, towards: point.towards.as_dvec3(), length, bin };
-            estimate.class(class).add_from_kernel(arriving, brought, gain, &medium);
+            estimate.of(class, &medium).add_from_kernel(arriving, brought, gain);
         }
     }
 
@@ -354,10 +244,10 @@ impl Renderer<'_> {
     pub(crate) fn medium(&self) -> Medium<'_> {
         Medium {
             geometry: self.geometry,
-            table: &self.table,
-            bins: &self.bins,
-            air: &self.carried_air,
-            airs: &self.airs,
+            table: &self.prepared.table,
+            bins: &self.prepared.bins,
+            air: &self.prepared.carried_air,
+            airs: &self.prepared.airs,
         }
     }
 
@@ -369,10 +259,10 @@ impl Renderer<'_> {
         group: &ReceiverGroup<'_>,
         estimate: &mut BatchEstimate<'_>,
     ) {
-        if let Some(paper) = &self.paper {
+        if let Some(paper) = &self.prepared.paper {
             return self.estimate_as_paper(paper, batch, source, group, estimate);
         }
-        let bands = self.table.bands();
+        let bands = self.prepared.table.bands();
         let zeros = vec![Lanes::ZERO; lanes_of(bands)];
         let choices = |r| receiver_stream(self.seed(), Purpose::MirrorChoice, r, source, batch);
         let selections = StreamFamily::new(self.seed(), Purpose::SonelChoice, [source as u32, 0, 0, 0]);
@@ -387,7 +277,7 @@ impl Renderer<'_> {
             brought: Vec::new(),
         };
         scratch.index = self.gather_index(group, source, batch, &mut scratch.energy, estimate);
-        let mut weight = PathWeight::of(&self.table);
+        let mut weight = PathWeight::of(&self.prepared.table);
         for path in self.map.batch_paths(source as u32, batch) {
             scratch.selector = Selector::new(selections.stream(path.emission).uniform_fine());
             self.follow_path(path, source, 1.0, &mut weight, |segment, arriving| {
@@ -406,14 +296,15 @@ impl Renderer<'_> {
         weight: &mut PathWeight,
         mut visit: impl FnMut(&Segment<'_>, &[Lanes]),
     ) {
-        let (source, table) = (source as u32, &self.table);
-        if !self.airs.are_several() {
+        let (source, table) = (source as u32, &self.prepared.table);
+        if !self.prepared.airs.are_several() {
             let visit = |segment: &Segment<'_>| visit(segment, segment.energy);
-            return self.emissions.follow(source, path, unit, table, weight, visit);
+            return self.prepared.emissions.follow(source, path, unit, table, weight, visit);
         }
-        let mut fading = Fading::new(&self.airs, lanes_of(self.table.bands()), self.bins.reach);
+        let mut fading =
+            Fading::new(&self.prepared.airs, lanes_of(self.prepared.table.bands()), self.prepared.bins.reach);
         let visit = |segment: &Segment<'_>| fading.visit(segment, &mut visit);
-        self.emissions.follow(source, path, unit, table, weight, visit);
+        self.prepared.emissions.follow(source, path, unit, table, weight, visit);
     }
 
     /// Adds what `segment`, with energy `arriving` at its end, brings to the receivers.
@@ -439,11 +330,11 @@ impl Renderer<'_> {
             }
             let direct_lengths = &group.tile.direct_lengths;
             let receivers = left.map(|(index, (receiver, _))| (index, receiver, direct_lengths[index]));
-            let mut deposits = estimate.class(sphere_class(segment.history));
-            cross(&piece, receivers, &medium, &mut scratch.energy, &mut deposits);
+            let mut deposit = estimate.of(sphere_class(segment.history), &medium);
+            cross(&piece, receivers, &mut scratch.energy, &mut deposit);
         }
         let Some(arrival) = segment.arrival else { return };
-        let row = &*self.table.row(arrival.surface, segment.direction());
+        let row = &*self.prepared.table.row(arrival.surface, segment.direction());
         let Some(selection) = group.selection.filter(|_| !row.is_mirror) else { return };
         let probability = selection.probability(segment.end_length, segment.end, arriving);
         if !scratch.selector.takes(probability) {
@@ -455,29 +346,18 @@ impl Renderer<'_> {
         scratch.radiosity.set_product(&scratch.selected, &row.diffuse.energy, core::f64::consts::FRAC_1_PI);
         let sonel = DiffuseSonel {
             position: segment.end,
-            normal: normal_on(arrival.side, self.normals[arrival.surface.0 as usize]),
+            normal: normal_on(arrival.side, self.prepared.normals[arrival.surface.0 as usize]),
             departure: self.geometry.leave(segment.end, arrival.surface, arrival.side),
             length: segment.end_length,
             radiosity: &scratch.radiosity,
         };
-        connect(
-            &sonel,
-            group.tile.receivers,
-            &medium,
-            &mut scratch.energy,
-            &mut estimate.class(PathClass::Diffuse),
-        );
+        let diffuse = &mut estimate.of(PathClass::Diffuse, &medium);
+        connect(&sonel, group.tile.receivers, &mut scratch.energy, diffuse);
+        let mirrored = &mut estimate.of(PathClass::DiffuseMirror, &medium);
         for (index, images) in group.images.iter().enumerate() {
             if let Some(images) = images {
                 let choice = scratch.choices[index].uniform_fine();
-                images.connect(
-                    &sonel,
-                    (index, None),
-                    &medium,
-                    choice,
-                    &mut scratch.energy,
-                    &mut estimate.class(PathClass::DiffuseMirror),
-                );
+                images.connect(&sonel, (index, None), choice, &mut scratch.energy, mirrored);
             }
         }
     }

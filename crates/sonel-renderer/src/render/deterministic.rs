@@ -60,7 +60,7 @@ impl<'a> Part<'a> {
         air: &'a RegionAir,
         borders: &'a [f64],
     ) -> Self {
-        let bands = renderer.table.bands();
+        let bands = renderer.prepared.table.bands();
         let axes = axes(std::slice::from_ref(receiver));
         let columns = axes.columns();
         Self {
@@ -70,7 +70,7 @@ impl<'a> Part<'a> {
             axes,
             air,
             arriving: vec![Lanes::ZERO; lanes_of(bands)],
-            fine: Deposits::new(columns.fine, renderer.bins.count, bands),
+            fine: Deposits::new(columns.fine, renderer.prepared.bins.count, bands),
             coarse: vec![CoarseEchogram::new(borders.len(), bands); columns.coarse],
             classes: CLASSES.map(|_| vec![Lanes::ZERO; lanes_of(bands)]),
             arrivals: Vec::new(),
@@ -83,7 +83,7 @@ impl<'a> Part<'a> {
         let length = length * self.air.stretch;
         self.arriving.set_times(energy, self.air.impedance);
         let energy = &self.arriving[..];
-        let Preparation { bins, table, .. } = &**self.renderer;
+        let Preparation { bins, table, .. } = &*self.renderer.prepared;
         let Some(bin) = bins.bin(length) else { return };
         let weights = self.axes.weights(0, towards).into_iter().flatten();
         for (column, weight) in std::iter::once(1.0).chain(weights).enumerate() {
@@ -115,15 +115,16 @@ impl Renderer<'_> {
     ) {
         let air = self.map.header().scene.air_at_source(source);
         let edges = self.edges_in(air);
-        let images =
-            edges.map(|edges| edges.of_source(self.geometry, &self.table, radiator.position, image_sources));
+        let images = edges.map(|edges| {
+            edges.of_source(self.geometry, &self.prepared.table, radiator.position, image_sources)
+        });
         let emitted = Emitted { air, radiator, image_sources, over_edges: images.as_ref() };
         let parts: Vec<Part<'_>> = receivers
             .par_iter()
             .zip(borders)
             .enumerate()
             .map(|(index, (receiver, borders))| {
-                let bands = 0..self.table.bands();
+                let bands = 0..self.prepared.table.bands();
                 let others: Vec<f64> = bands.map(|band| rendering.energy(index, band)).collect();
                 self.arrivals_at(index, &emitted, receiver, borders, &others)
             })
@@ -152,18 +153,18 @@ impl Renderer<'_> {
         others: &[f64],
     ) -> Part<'b> {
         let Emitted { air, radiator, image_sources, over_edges } = *emitted;
-        let air = self.airs.air(air);
+        let air = self.prepared.airs.air(air);
         let mut part = Part::new(self, index, receiver, air, borders);
         let at = ReceiverContext {
             geometry: self.geometry,
-            table: &self.table,
+            table: &self.prepared.table,
             attenuation: &air.attenuation,
             radiator,
             receiver: receiver.exact,
             sensitivity: receiver.sensitivity,
             complete_order: image_sources.order(),
         };
-        let listed = self.settings.mirror_order.unwrap_or(LISTED_ORDER);
+        let listed = self.prepared.settings.mirror_order.unwrap_or(LISTED_ORDER);
         let class = |order: u32| usize::from(order > 0);
         match over_edges {
             None => self.visit_visible(&at, emitted, |wave, energy| {
@@ -192,7 +193,7 @@ impl Renderer<'_> {
 
     /// Direct sound and the image sources of `image_sources` that are visible from the receiver, without edges.
     fn visible(&self, edges: &Edges, at: &ReceiverContext<'_>, emitted: &Emitted<'_>) -> Vec<VisibleWave> {
-        let bands = self.table.bands();
+        let bands = self.prepared.table.bands();
         let mut visible = Vec::new();
         self.visit_visible(at, emitted, |found, energy| {
             let ends = [at.radiator.position, at.receiver];
@@ -210,12 +211,12 @@ impl Renderer<'_> {
         mut visit: impl FnMut(&MirrorArrival<'_>, &[Lanes]),
     ) {
         self.visit_direct(at, &mut visit);
-        let air = self.airs.air(emitted.air);
-        let reach = self.bins.reach / air.stretch;
-        let mut energy = vec![Lanes::ZERO; lanes_of(self.table.bands())];
+        let air = self.prepared.airs.air(emitted.air);
+        let reach = self.prepared.bins.reach / air.stretch;
+        let mut energy = vec![Lanes::ZERO; lanes_of(self.prepared.table.bands())];
         emitted.image_sources.visit(
             self.geometry,
-            &self.table,
+            &self.prepared.table,
             emitted.radiator,
             at.receiver,
             reach,
@@ -239,17 +240,17 @@ impl Renderer<'_> {
 
     /// Visits direct sound, where nothing hides it.
     fn visit_direct(&self, at: &ReceiverContext<'_>, visit: &mut impl FnMut(&MirrorArrival<'_>, &[Lanes])) {
-        let direct = direct_way(self.geometry, &self.table, at.radiator.position, at.receiver);
+        let direct = direct_way(self.geometry, &self.prepared.table, at.radiator.position, at.receiver);
         let Some(DirectWay { length, departing, towards, spread, passed }) = direct else { return };
         let radiation = at.radiator.towards(departing);
         let sensitivity = at.sensitivity.to(towards);
-        let bands = 0..self.table.bands();
+        let bands = 0..self.prepared.table.bands();
         let factors: Vec<f64> = bands.map(|band| radiation.factor(band) * sensitivity).collect();
         let energy = factors.iter().zip(at.attenuation);
         let energy = energy.map(|(factor, m)| factor * spread * libm::exp(-m * length));
         let (mut energy, mut factors) = (to_lanes(energy), to_lanes(factors.iter().copied()));
-        passed.attenuate(&self.table, &mut factors);
-        passed.attenuate(&self.table, &mut energy);
+        passed.attenuate(&self.prepared.table, &mut factors);
+        passed.attenuate(&self.prepared.table, &mut energy);
         if !at.table.propagation().is_straight() || passed.thickness() > 0.0 {
             factors.scale(spread / self::spread(length));
         }

@@ -10,7 +10,7 @@ use crate::receiver::ReceiverPoint;
 impl Renderer<'_> {
     /// Why directions cannot be added up at `receiver`, where they are asked for.
     pub(crate) fn lateral_problem(&self, receiver: &ReceiverPoint) -> Option<String> {
-        if !self.settings.directions {
+        if !self.prepared.settings.directions {
             return None;
         }
         let name = &receiver.name;

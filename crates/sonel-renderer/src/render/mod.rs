@@ -13,7 +13,7 @@ mod specular;
 mod sums;
 mod survey;
 
-use std::ops::{ControlFlow, Deref};
+use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
@@ -73,8 +73,8 @@ pub struct Preparation {
     pub(crate) image_order: u32,
     /// Image sources of each source, found when they are first asked for.
     pub(crate) image_sources: Vec<OnceLock<ImageSources>>,
-    /// Surveys of the sonels, by source.
-    pub(crate) surveys: Vec<SonelSurvey>,
+    /// Surveys of the sonels, by source, made with the rest.
+    surveys: Vec<OnceLock<SonelSurvey>>,
     /// Surfaces laid out and how rays gather on them; none where a forced estimator does without.
     pub(crate) gather: Option<(Vec<Sheet>, GatherSettings)>,
     /// The paper's own pass, where it is asked for: it stands for all classes but the direct sound.
@@ -85,18 +85,10 @@ pub struct Preparation {
 pub struct Renderer<'a> {
     pub(crate) map: &'a SonelMap,
     pub(crate) geometry: &'a Geometry,
+    /// What no receiver changes; shared, so that it outlives borrows of the map.
     pub(crate) prepared: Arc<Preparation>,
     /// Number of batches that are rendered, the first ones of the map.
     pub(crate) batches: u32,
-}
-
-/// The preparation is part of the renderer; apart from it so that it outlives borrows of the map.
-impl Deref for Renderer<'_> {
-    type Target = Preparation;
-
-    fn deref(&self) -> &Preparation {
-        &self.prepared
-    }
 }
 
 /// Attenuation by the air that is asked for, per band [1/m].
@@ -108,7 +100,7 @@ fn attenuation(scene: &Scene, settings: &RenderSettings, bins: &TimeBins) -> Res
     if AirTable::node_count(attenuation, bins.reach) > MOST_AIR_NODES {
         return Err(RenderError::Settings(format!(
             "the air attenuation of up to {} per metre over {} m exceeds the table: trace again with a \
-             shorter --duration, or render with --no-air",
+             shorter `duration`, or render without `air`",
             attenuation.iter().copied().fold(0.0, f64::max),
             bins.reach
         )));
@@ -170,14 +162,15 @@ impl<'a> Renderer<'a> {
             table,
             normals: geometry.surfaces().iter().map(|surface| surface.normal.as_vec3().normalize()).collect(),
             emissions: Emissions::of_map(map, geometry.center(), &classes),
-            surveys: Vec::new(),
+            surveys: (0..sources).map(|_| OnceLock::new()).collect(),
             classes,
             settings,
             bins,
         };
-        let mut renderer = Self { map, geometry, prepared: Arc::new(prepared), batches: traced.batches };
-        let surveys = (0..sources).map(|source| renderer.survey(source)).collect();
-        Arc::get_mut(&mut renderer.prepared).expect("nobody else has it yet").surveys = surveys;
+        let renderer = Self { map, geometry, prepared: Arc::new(prepared), batches: traced.batches };
+        for source in 0..sources {
+            renderer.survey(source);
+        }
         Ok(renderer)
     }
 
@@ -214,26 +207,37 @@ impl<'a> Renderer<'a> {
     /// Weights of the rendered batches in their mean, N_g over the number of their emissions; their sum is 1.
     #[must_use]
     pub fn batch_weights(&self) -> Vec<f64> {
-        let rendered = &self.emissions.batches[..self.batches as usize];
+        let rendered = &self.prepared.emissions.batches[..self.batches as usize];
         let sum: f64 = rendered.iter().map(|batch| batch.weight).sum();
         // Weights of a whole map are those that it states, bit for bit.
-        let whole = self.batches as usize == self.emissions.batches.len();
+        let whole = self.batches as usize == self.prepared.emissions.batches.len();
         rendered.iter().map(|batch| if whole { batch.weight } else { batch.weight / sum }).collect()
+    }
+
+    /// Survey of the sonels of `source`.
+    pub(crate) fn survey(&self, source: usize) -> &SonelSurvey {
+        self.prepared.surveys[source].get_or_init(|| self.make_survey(source))
     }
 
     /// Image sources of `source`.
     fn image_sources(&self, source: usize) -> &ImageSources {
         self.prepared.image_sources[source].get_or_init(|| {
             let position = self.map.header().scene.sources[source].position - self.geometry.center();
-            let most = if self.enumerates_mirrors() { self.settings.mirror_order } else { Some(0) };
-            ImageSources::enumerate(self.geometry, &self.table, position, self.bins.reach, most)
+            let most = if self.enumerates_mirrors() { self.prepared.settings.mirror_order } else { Some(0) };
+            ImageSources::enumerate(
+                self.geometry,
+                &self.prepared.table,
+                position,
+                self.prepared.bins.reach,
+                most,
+            )
         })
     }
 
     /// The time bins.
     #[must_use]
     pub fn bins(&self) -> &TimeBins {
-        &self.bins
+        &self.prepared.bins
     }
 
     /// Volume of the air in the room [m³]; none where it is not closed.
@@ -250,13 +254,13 @@ impl<'a> Renderer<'a> {
             let side = (high - low).max_element();
             side * side * side
         };
-        rendering.missing(&self.bins, self.geometry.volume().unwrap_or_else(box_volume))
+        rendering.missing(&self.prepared.bins, self.geometry.volume().unwrap_or_else(box_volume))
     }
 
     /// Attenuation by air in use, per band [1/m].
     #[must_use]
     pub fn attenuation(&self) -> Vec<f64> {
-        self.classes.spread(&self.airs.air(0).attenuation)
+        self.prepared.classes.spread(&self.prepared.airs.air(0).attenuation)
     }
 
     /// When direct sound of `source` arrives, or would arrive, at a world position [m]: [s].
@@ -268,13 +272,13 @@ impl<'a> Renderer<'a> {
 
     /// The edges where all paths are in one air.
     pub(crate) fn edges_in(&self, air: u32) -> Option<&Edges> {
-        self.edges.get(air as usize)
+        self.prepared.edges.get(air as usize)
     }
 
     /// [`straight_length`] from a source to a receiver.
     pub(crate) fn straight_length(&self, source: usize, receiver: &PreparedReceiver) -> f64 {
         let (scene, center) = (&self.map.header().scene, self.geometry.center());
-        match self.table.propagation() {
+        match self.prepared.table.propagation() {
             Propagation::Even => (scene.sources[source].position - center).distance(receiver.exact),
             _ => straight_length(scene, self.geometry, source, receiver.exact + center),
         }
@@ -282,7 +286,7 @@ impl<'a> Renderer<'a> {
 
     /// Seed of the renderer's own choices.
     pub(crate) fn seed(&self) -> u64 {
-        self.settings.seed.unwrap_or(self.map.header().settings.seed)
+        self.prepared.settings.seed.unwrap_or(self.map.header().settings.seed)
     }
 
     /// Refuses `receivers` that are at a source, on a surface, in no air or without coordinates.
@@ -338,18 +342,18 @@ impl<'a> Renderer<'a> {
 
     /// Whether image sources own anything.
     fn enumerates_mirrors(&self) -> bool {
-        self.connects_diffuse() && self.table.propagation().is_straight()
+        self.connects_diffuse() && self.prepared.table.propagation().is_straight()
     }
 
     /// Whether connections own … D R.
     pub(crate) fn connects_diffuse(&self) -> bool {
-        self.settings.estimator.connects_diffuse()
+        self.prepared.settings.estimator.connects_diffuse()
     }
 
     /// Whether visibility rays own what mirrors show.
     #[must_use]
     pub fn gathers_by_mirrors(&self) -> bool {
-        self.gather.as_ref().is_some_and(|(_, settings)| settings.by_mirrors)
+        self.prepared.gather.as_ref().is_some_and(|(_, settings)| settings.by_mirrors)
     }
 
     /// Whether visibility rays are cast from any receiver of `sums`: where they own what mirrors show, beside surfaces, and in the
@@ -357,32 +361,37 @@ impl<'a> Renderer<'a> {
     #[must_use]
     pub fn casts_rays(&self, sums: &BatchSums) -> bool {
         let beside_surfaces = || sums.receivers.iter().any(PreparedReceiver::is_near_surface);
-        self.gathers_by_mirrors() || self.paper.is_some() || self.gather.is_some() && beside_surfaces()
+        self.gathers_by_mirrors()
+            || self.prepared.paper.is_some()
+            || self.prepared.gather.is_some() && beside_surfaces()
     }
 
     /// Receivers as `source` is heard at them.
     fn prepare(&self, source: usize, receivers: &[ReceiverPoint]) -> Vec<PreparedReceiver> {
         let traced = &self.map.header().settings;
-        let SonelSurvey { sample, scale: of_all, .. } = &self.surveys[source];
+        let SonelSurvey { sample, scale: of_all, .. } = self.survey(source);
         let of_room = free_path(self.geometry);
         let airs = self.map.header().scene.media.as_ref().map(|media| media.airs(self.geometry));
         receivers
             .par_iter()
             .map(|r| {
                 let position = self.geometry.to_local(r.position);
-                let outlook = sample.seen_from(self.geometry, &self.table, position);
+                let outlook = sample.seen_from(self.geometry, &self.prepared.table, position);
                 let scale = outlook.scale.map_or(*of_all, |scale| scale.in_halves_of(of_room));
-                let disc = self
-                    .gather
-                    .is_some()
-                    .then(|| disc_radius(DISC_PER_FREE_PATH, scale.free_path, &self.settings, traced));
+                let disc = self.prepared.gather.is_some().then(|| {
+                    disc_radius(DISC_PER_FREE_PATH, scale.free_path, &self.prepared.settings, traced)
+                });
                 let interface = distance_to_interface(&self.map.header().scene, self.geometry, position);
                 let about = Surroundings { free_path: scale.distance, interface };
                 let air = airs.as_ref().map_or(0, |airs| airs.at(r.position));
                 PreparedReceiver {
                     air,
-                    stretch: self.table.propagation().stretch(air, r.position - self.geometry.center()),
-                    lateral_axis: self.settings.directions.then(|| self.lateral_axis(r)).flatten(),
+                    stretch: self
+                        .prepared
+                        .table
+                        .propagation()
+                        .stretch(air, r.position - self.geometry.center()),
+                    lateral_axis: self.prepared.settings.directions.then(|| self.lateral_axis(r)).flatten(),
                     directions: outlook.directions,
                     ..PreparedReceiver::new(r, self.geometry, about, traced.emissions, disc)
                 }

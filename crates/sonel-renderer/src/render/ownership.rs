@@ -7,17 +7,21 @@ use crate::settings::Estimator;
 impl Renderer<'_> {
     /// The classes that paths of this map can be of.
     pub fn path_classes(&self) -> impl Iterator<Item = PathClass> {
-        PathClass::ALL.into_iter().filter(|class| *class != PathClass::Refracted || self.airs.are_several())
+        PathClass::ALL
+            .into_iter()
+            .filter(|class| *class != PathClass::Refracted || self.prepared.airs.are_several())
     }
 
     /// The estimator that owns `class`.
     #[must_use]
     pub fn owner(&self, class: PathClass) -> &'static str {
-        if let Some(paper) = &self.paper {
+        if let Some(paper) = &self.prepared.paper {
             return paper.owner(class);
         }
         match class {
-            PathClass::Direct if !self.table.propagation().is_straight() => "shadow ray along an arc",
+            PathClass::Direct if !self.prepared.table.propagation().is_straight() => {
+                "shadow ray along an arc"
+            }
             PathClass::Direct => "shadow ray",
             PathClass::ImageSource => "image sources",
             PathClass::Edge => "edges",
@@ -25,8 +29,12 @@ impl Renderer<'_> {
             PathClass::LateSpecular if self.casts_specular_rays() => {
                 "specular rays into receiver spheres, to image sources where sound is focused"
             }
-            PathClass::Diffuse if self.gather.is_some() => "connection, near surfaces shared with rays",
-            PathClass::Diffuse if self.connects_diffuse() && !self.table.propagation().is_straight() => {
+            PathClass::Diffuse if self.prepared.gather.is_some() => {
+                "connection, near surfaces shared with rays"
+            }
+            PathClass::Diffuse
+                if self.connects_diffuse() && !self.prepared.table.propagation().is_straight() =>
+            {
                 "connection along an arc"
             }
             PathClass::Diffuse if self.connects_diffuse() => "connection",
@@ -39,18 +47,18 @@ impl Renderer<'_> {
     /// Why [`Self::owner`] owns `class`, where the image-source paths were enumerated up to `mirror_order`.
     #[must_use]
     pub fn reason(&self, class: PathClass, mirror_order: u32) -> String {
-        if let Some(paper) = &self.paper {
+        if let Some(paper) = &self.prepared.paper {
             return paper.reason(class);
         }
         if let Some(reason) = self.reason_of_arcs(class) {
             return reason.to_owned();
         }
-        let forced = self.settings.estimator != Estimator::Auto;
+        let forced = self.prepared.settings.estimator != Estimator::Auto;
         match class {
             PathClass::Direct => "exact".to_owned(),
             PathClass::ImageSource => format!("exact: enumerated completely up to order K = {mirror_order}"),
             PathClass::Refracted => "no straight path passes an interface".to_owned(),
-            PathClass::Edge if !self.edges.is_empty() => {
+            PathClass::Edge if !self.prepared.edges.is_empty() => {
                 "rigid faces, first order, and second over thick barriers".to_owned()
             }
             PathClass::Edge => "diffraction is off or no edge diffracts".to_owned(),
@@ -67,14 +75,14 @@ impl Renderer<'_> {
             PathClass::DiffuseMirror => {
                 format!(
                     "unbiased: the images of an empty box are all visible, up to order {}",
-                    self.image_order
+                    self.prepared.image_order
                 )
             }
             PathClass::LongDiffuseMirror if self.gathers_by_mirrors() => {
                 "empty: visibility rays follow specular reflections to any order".to_owned()
             }
             PathClass::LongDiffuseMirror => {
-                format!("images of the receiver beyond order {} are too many", self.image_order)
+                format!("images of the receiver beyond order {} are too many", self.prepared.image_order)
             }
         }
     }
@@ -82,9 +90,9 @@ impl Renderer<'_> {
     /// Why the estimator of a class is another one where the speed of sound has a gradient.
     pub(crate) fn reason_of_arcs(&self, class: PathClass) -> Option<&'static str> {
         match class {
-            _ if self.table.propagation().is_straight() => None,
+            _ if self.prepared.table.propagation().is_straight() => None,
             PathClass::Direct | PathClass::Diffuse | PathClass::Refracted => None,
-            PathClass::Edge if self.edges.is_empty() => None,
+            PathClass::Edge if self.prepared.edges.is_empty() => None,
             PathClass::Edge => Some(
                 "direct sound only, as in even air: where paths bend, levels behind edges may be decibels off",
             ),

@@ -5,11 +5,11 @@ use sonel_map::{BandValues, Lanes, PathWeight, Segment, lanes_of};
 use sonel_sampling::{Purpose, ScrambledSobol};
 
 use super::Renderer;
-use super::batch::{BatchEstimate, ReceiverGroup, receiver_stream};
+use super::batch::{ReceiverGroup, receiver_stream};
 use crate::exact::direct::{direct_way, spread};
 use crate::exact::mirror::Radiator;
 use crate::path_class::PathClass;
-use crate::stochastic::connection::Arriving;
+use crate::stochastic::estimate::{Arriving, BatchEstimate};
 use crate::stochastic::gather::GatherIndex;
 use crate::stochastic::gather::disc::place;
 use crate::stochastic::gather::rays::GatherPoint;
@@ -35,8 +35,8 @@ impl Renderer<'_> {
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
         let index = self.look(paper, batch, source, radiator, group, estimate);
         self.look_over_edges(paper, batch, source, radiator, group, estimate);
-        let mut scratch = vec![Lanes::ZERO; lanes_of(self.table.bands())];
-        let mut weight = PathWeight::of(&self.table);
+        let mut scratch = vec![Lanes::ZERO; lanes_of(self.prepared.table.bands())];
+        let mut weight = PathWeight::of(&self.prepared.table);
         for path in self.map.batch_paths(source as u32, batch) {
             self.follow_path(path, source, 1.0, &mut weight, |segment, _| {
                 estimate.record_segment(segment, &self.medium(), &mut scratch);
@@ -55,30 +55,30 @@ impl Renderer<'_> {
         group: &ReceiverGroup<'_>,
         estimate: &mut BatchEstimate<'_>,
     ) -> GatherIndex<GatherPoint> {
-        let (columns, medium) = (self.table.bands(), self.medium());
+        let (columns, medium) = (self.prepared.table.bands(), self.medium());
         let mut points = Vec::new();
         for (number, receiver) in group.tile.receivers.iter().enumerate() {
             let mut stream = receiver_stream(self.seed(), Purpose::VisibilityRay, receiver, source, batch);
             for column in 0..columns {
                 let looking = Looking {
                     geometry: self.geometry,
-                    table: &self.table,
+                    table: &self.prepared.table,
                     column,
                     radiator,
                     source_radius: paper.source_radius[source],
-                    reach: self.bins.reach,
+                    reach: self.prepared.bins.reach,
                 };
                 paper.cast(&looking, (number as u32, receiver), &mut stream, |sight| match sight {
                     Sight::Disc(point) => points.push(point),
                     Sight::Source(sight) => {
                         let length = sight.length;
-                        let Some(bin) = self.bins.bin(length) else { return };
+                        let Some(bin) = self.prepared.bins.bin(length) else { return };
                         let mut energy = only(column, columns, sight.fluence);
                         let gain = if sight.in_half { 2.0 } else { 0.0 };
                         let towards = sight.towards.as_dvec3();
                         let arriving = Arriving { receiver: number, towards, length, bin };
-                        let mut deposits = estimate.class(PathClass::LateSpecular);
-                        deposits.add_from_kernel(arriving, &mut energy, gain, &medium);
+                        let mut deposit = estimate.of(PathClass::LateSpecular, &medium);
+                        deposit.add_from_kernel(arriving, &mut energy, gain);
                     }
                 });
             }
@@ -98,15 +98,16 @@ impl Renderer<'_> {
     ) {
         for (number, receiver) in group.tile.receivers.iter().enumerate() {
             if paper.edges.is_empty()
-                || direct_way(self.geometry, &self.table, radiator.position, receiver.exact).is_some()
+                || direct_way(self.geometry, &self.prepared.table, radiator.position, receiver.exact)
+                    .is_some()
             {
                 continue;
             }
             let offset = receiver.exact - radiator.position;
             let length = offset.length();
-            let Some(bin) = self.bins.bin(length) else { continue };
+            let Some(bin) = self.prepared.bins.bin(length) else { continue };
             let mut stream = receiver_stream(self.seed(), Purpose::ZonePoint, receiver, source, batch);
-            let mut unobstructed = vec![Lanes::ONE; lanes_of(self.table.bands())];
+            let mut unobstructed = vec![Lanes::ONE; lanes_of(self.prepared.table.bands())];
             radiator.towards(offset).weigh(&mut unobstructed);
             for edge in &paper.edges {
                 let sequence = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
@@ -119,7 +120,7 @@ impl Renderer<'_> {
                     *energy *= unobstructed * rendered;
                 }
                 let arriving = Arriving { receiver: number, towards, length, bin };
-                estimate.class(PathClass::Edge).add(arriving, &mut energy, &self.medium());
+                estimate.of(PathClass::Edge, &self.medium()).add(arriving, &mut energy);
             }
         }
     }
@@ -134,7 +135,7 @@ impl Renderer<'_> {
         estimate: &mut BatchEstimate<'_>,
     ) {
         let Some(arrival) = segment.arrival else { return };
-        let (columns, medium) = (self.table.bands(), self.medium());
+        let (columns, medium) = (self.prepared.table.bands(), self.medium());
         let at = paper.sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
         let first = place(arrival.surface, arrival.side) * columns as u32;
         let mut discs = Vec::new();
@@ -145,10 +146,10 @@ impl Renderer<'_> {
                 let receiver = point.receiver as usize;
                 let class = if point.seen_directly { PathClass::Diffuse } else { PathClass::DiffuseMirror };
                 let length = segment.end_length + point.length;
-                let Some(bin) = self.bins.bin(length) else { continue };
+                let Some(bin) = self.prepared.bins.bin(length) else { continue };
                 scratch.set_product(segment.energy, &point.weight, 1.0);
                 let arriving = Arriving { receiver, towards: point.towards.as_dvec3(), length, bin };
-                estimate.class(class).add_from_kernel(arriving, scratch, gain, &medium);
+                estimate.of(class, &medium).add_from_kernel(arriving, scratch, gain);
             }
         }
     }

@@ -20,7 +20,7 @@ use sonel_map::{BandValues, Lanes, lanes_of};
 use sonel_sampling::{Frame, Purpose, ScrambledSobol, Stream, StreamFamily, warp};
 use sonel_scene::refract;
 
-use super::batch::{BatchEstimate, Tile, receiver_stream};
+use super::batch::receiver_stream;
 use super::{BatchSums, Progress, Renderer};
 use crate::ball::{Beam, Chord, ReceiverSphere};
 use crate::exact::direct::spread;
@@ -28,8 +28,8 @@ use crate::exact::mirror::chain::{self, Ends, Mirror, Reflection};
 use crate::exact::mirror::{MirrorArrival, Radiator, lattice_room};
 use crate::path_class::PathClass;
 use crate::receiver::PreparedReceiver;
-use crate::stochastic::connection::{Arriving, ClassDeposits};
 use crate::stochastic::crossing::{Piece, cross};
+use crate::stochastic::estimate::{Arriving, BatchEstimate, Deposit, Tile};
 use crate::stochastic::gather::rays::LIGHT;
 
 /// Receivers that share rays: their echograms bound the memory.
@@ -52,9 +52,9 @@ const MOST_TRIALS: u32 = 1 << 16;
 impl Renderer<'_> {
     /// Whether rays of their own bring L S^k R, k > K. In an empty box image sources bring all that matters.
     pub(crate) fn casts_specular_rays(&self) -> bool {
-        let is_lattice =
-            lattice_room(self.geometry, &self.table).is_some() && self.settings.mirror_order.is_none();
-        self.settings.estimator.has_rays() && !is_lattice
+        let is_lattice = lattice_room(self.geometry, &self.prepared.table).is_some()
+            && self.prepared.settings.mirror_order.is_none();
+        self.prepared.settings.estimator.has_rays() && !is_lattice
     }
 
     /// Adds L S^k R, k > K, of `batches` to `sums`.
@@ -114,19 +114,19 @@ impl Renderer<'_> {
         let family = StreamFamily::new(self.seed(), Purpose::SpecularRay, [source as u32, 0, 0, 0]);
         let trials = |receiver| receiver_stream(self.seed(), Purpose::SpecularTrial, receiver, source, batch);
         let mut trials: Vec<Stream> = tile.receivers.iter().map(trials).collect();
-        let nothing = vec![Lanes::ZERO; lanes_of(self.table.bands())];
+        let nothing = vec![Lanes::ZERO; lanes_of(self.prepared.table.bands())];
         let (mut scratch, medium) = ([nothing.clone(), nothing], self.medium());
         let mut stream = family.stream(u64::from(batch));
         self.follow_rays(source, mirror_order, &mut stream, |way, piece| {
             estimate.crossings.pass(Beam::Mirrored, piece.energy);
-            let mut deposits = estimate.class(PathClass::LateSpecular);
+            let deposit = &mut estimate.of(PathClass::LateSpecular, &medium);
             for (index, receiver) in tile.receivers.iter().enumerate() {
                 if is_varied[index] && way.is_early_at(receiver) {
                     let (receiver, stream) = ((index, receiver), &mut trials[index]);
-                    self.find_image(way, piece, receiver, stream, &mut scratch, &mut deposits);
+                    self.find_image(way, piece, receiver, stream, &mut scratch, deposit);
                 } else {
                     let receiver = std::iter::once((index, receiver, tile.direct_lengths[index]));
-                    cross(piece, receiver, &medium, &mut scratch[0], &mut deposits);
+                    cross(piece, receiver, &mut scratch[0], deposit);
                 }
             }
         });
@@ -147,7 +147,7 @@ impl Renderer<'_> {
             .div_ceil(u64::from(traced.batches))
             .min(u64::from(u32::MAX)) as u32;
         let directions = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
-        let mut energy = vec![Lanes::ZERO; lanes_of(self.table.bands())];
+        let mut energy = vec![Lanes::ZERO; lanes_of(self.prepared.table.bands())];
         for ray in 0..rays {
             let direction = warp::uniform_sphere(directions.point(ray));
             energy.fill(Lanes::ONE);
@@ -161,14 +161,14 @@ impl Renderer<'_> {
                 departure: Departure::free(radiator.position.as_vec3()),
                 direction,
                 length: 0.0,
-                stretch: self.table.propagation().stretch(air, radiator.position),
+                stretch: self.prepared.table.propagation().stretch(air, radiator.position),
                 chain: Vec::new(),
                 chance: f64::from(rays),
             };
             while energy.largest() > 0.0 {
                 let hit = self.geometry.closest_hit(way.departure, way.direction);
                 if way.chain.len() > mirror_order as usize {
-                    let rest = ((self.bins.reach - way.length) / way.stretch) as f32;
+                    let rest = ((self.prepared.bins.reach - way.length) / way.stretch) as f32;
                     let end = || way.departure.origin + way.direction * rest;
                     let piece = Piece {
                         ends: (way.departure.origin, hit.map_or_else(end, |hit| hit.position)),
@@ -208,14 +208,14 @@ impl Renderer<'_> {
         (index, receiver): (usize, &PreparedReceiver),
         stream: &mut Stream,
         [scratch, factor]: &mut [Vec<Lanes>; 2],
-        deposits: &mut ClassDeposits<'_>,
+        deposit: &mut Deposit<'_, '_>,
     ) {
         let ball = receiver.balls.mirrored();
         if !ball.is_passed(piece.ends) {
             let is_near = || ball.is_passed_nearby(self.geometry, piece.ends);
-            return deposits.crossings.pass_near(Beam::Mirrored, index, piece.energy, is_near);
+            return deposit.estimate.crossings.pass_near(Beam::Mirrored, index, piece.energy, is_near);
         }
-        deposits.crossings.cross(Beam::Mirrored, index, piece.energy);
+        deposit.estimate.crossings.cross(Beam::Mirrored, index, piece.energy);
         let ends = Ends {
             radiator: way.radiator,
             origin: way.origin,
@@ -223,10 +223,10 @@ impl Renderer<'_> {
             displaced: self.geometry.in_general_position(receiver.exact, End::Receiver),
         };
         let chain: SmallVec<[&Reflection; 16]> = way.chain.iter().rev().collect();
-        let found = chain::arrive(self.geometry, &self.table, &ends, &chain, factor);
+        let found = chain::arrive(self.geometry, &self.prepared.table, &ends, &chain, factor);
         let Some((MirrorArrival { length: path, towards, factor, .. }, leaving)) = found else { return };
         let length = path * receiver.stretch;
-        let Some(bin) = self.bins.bin(length) else { return };
+        let Some(bin) = self.prepared.bins.bin(length) else { return };
         let cone = Cone::new(leaving, ball.radius() / path);
         if !cone.contains(way.emitted) {
             return;
@@ -236,9 +236,8 @@ impl Renderer<'_> {
         let probability = cone.share() / trials_per_success(&cone, finds, stream);
         let weight = receiver.sensitivity.to(towards) / (probability * way.chance);
         scratch.set_times(factor, spread(path) * weight);
-        let medium = self.medium();
-        medium.receive(receiver, length, scratch);
-        deposits.add(Arriving { receiver: index, towards, length, bin }, scratch, &medium);
+        deposit.medium.receive(receiver, length, scratch);
+        deposit.add(Arriving { receiver: index, towards, length, bin }, scratch);
     }
 
     /// Whether a ray that leaves `source` [m] in `direction` runs along the whole of a chain and then passes the middle of a ball within its
@@ -249,7 +248,7 @@ impl Renderer<'_> {
         loop {
             let hit = self.geometry.closest_hit(departure, direction);
             let is_last = mirrors.peek().is_none();
-            let end = || departure.origin + direction * self.bins.reach as f32;
+            let end = || departure.origin + direction * self.prepared.bins.reach as f32;
             if is_last && ball.is_passed((departure.origin, hit.map_or_else(end, |hit| hit.position))) {
                 return true;
             }
@@ -257,7 +256,7 @@ impl Renderer<'_> {
             if mirrors.next_if_eq(&Mirror { surface: hit.surface, side: hit.side }).is_some() {
                 direction = self.mirrored(direction, &hit);
                 departure = self.geometry.leave(hit.position, hit.surface, hit.side);
-            } else if self.table.mean_row(hit.surface).is_partition {
+            } else if self.prepared.table.mean_row(hit.surface).is_partition {
                 let Some(passage) = self.geometry.pass(&hit) else { return false };
                 departure = passage.departure;
             } else {
@@ -270,16 +269,16 @@ impl Renderer<'_> {
     fn mirror(&self, way: &mut Way<'_>, hit: &Hit, energy: &mut [Lanes], stream: &mut Stream) -> bool {
         let end = hit.position;
         way.length += f64::from(way.departure.origin.distance(end)) * way.stretch;
-        if way.length > self.bins.reach {
+        if way.length > self.prepared.bins.reach {
             return false;
         }
         let direction = way.direction.as_dvec3();
-        if let Some(interface) = self.table.propagation().interface(hit.surface, hit.side) {
+        if let Some(interface) = self.prepared.table.propagation().interface(hit.surface, hit.side) {
             // What passes is left to packets.
-            let normal = self.table.normal(hit.surface);
+            let normal = self.prepared.table.normal(hit.surface);
             energy.scale(refract(direction.normalize(), normal, interface.sides).reflected);
         } else {
-            let row = &*self.table.row(hit.surface, direction);
+            let row = &*self.prepared.table.row(hit.surface, direction);
             let through = row.through();
             let passes = through > 0.0 && stream.uniform_fine() < through;
             let (factors, share) =
@@ -305,8 +304,8 @@ impl Renderer<'_> {
     }
 
     fn mirrored(&self, direction: Vec3, hit: &Hit) -> Vec3 {
-        let normal = self.normals[hit.surface.0 as usize];
-        (direction - 2.0 * direction.dot(normal) * normal).normalize()
+        let normal = self.prepared.normals[hit.surface.0 as usize];
+        direction.reflect(normal).normalize()
     }
 }
 

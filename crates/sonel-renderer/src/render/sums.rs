@@ -39,8 +39,11 @@ impl Renderer<'_> {
         self.check_receivers(receivers)?;
         let receivers = self.prepare(source, receivers);
         let columns = axes(&receivers).columns();
-        let echograms = |count| Deposits::new(count * columns.fine, self.bins.count, self.table.bands());
-        let mut rendering = Rendering::new(receivers.len(), columns, &self.bins, self.table.bands());
+        let echograms = |count| {
+            Deposits::new(count * columns.fine, self.prepared.bins.count, self.prepared.table.bands())
+        };
+        let mut rendering =
+            Rendering::new(receivers.len(), columns, &self.prepared.bins, self.prepared.table.bands());
         rendering.mirror_order = self.image_sources(source).order();
         rendering.image_order = vec![0; receivers.len()];
         rendering.sphere_radius = receivers.iter().map(|receiver| receiver.balls.early_radius()).collect();
@@ -61,7 +64,7 @@ impl Renderer<'_> {
         progress(0.0)?;
         let batches = sums.batches..self.batches.max(sums.batches);
         sums.batches = batches.end;
-        let (rendering, bands) = (&mut sums.rendering, self.table.bands());
+        let (rendering, bands) = (&mut sums.rendering, self.prepared.table.bands());
         let nothing = CoarseEchogram::of_receivers(&sums.borders, rendering.columns.coarse, bands);
         rendering.batches.resize(batches.end as usize, nothing.clone());
         rendering.kernel_differences.resize(batches.end as usize, nothing);
@@ -87,8 +90,8 @@ impl Renderer<'_> {
             rendering.total.add_receivers(0, &mirrored, 1.0);
         }
         // Batches of a whole map have the weights that it states, bit for bit.
-        if (batches as usize) < self.emissions.batches.len() {
-            let rendered = &self.emissions.batches[..batches as usize];
+        if (batches as usize) < self.prepared.emissions.batches.len() {
+            let rendered = &self.prepared.emissions.batches[..batches as usize];
             rendering.scale(1.0 / rendered.iter().map(|batch| batch.weight).sum::<f64>());
         }
         let emitter = &self.map.header().scene.sources[source];
@@ -103,7 +106,7 @@ impl Renderer<'_> {
             &borders,
         );
         self.bound_unseen(&mut rendering, source, &receivers, &borders);
-        rendering.spread(&self.classes)
+        rendering.spread(&self.prepared.classes)
     }
 
     /// Extends the intervals of receivers by what none of the packets brought that might have crossed their balls.
@@ -117,14 +120,14 @@ impl Renderer<'_> {
         for (index, (receiver, borders)) in receivers.iter().zip(borders).enumerate() {
             let fluence = |beam| receiver.balls.at(0.0, beam).fluence_per_crossing();
             let unseen = rendering.crossings.unseen(index, fluence);
-            let time = self.bins.time(self.straight_length(source, receiver));
+            let time = self.prepared.bins.time(self.straight_length(source, receiver));
             rendering.add_unseen(index, borders, time, &unseen);
         }
     }
 
     /// Receivers that share a sweep: fewer, where their rays are so many that discs would fill the memory.
     fn receivers_in_flight(&self) -> usize {
-        let rays = self.gather.as_ref().map_or(1, |(_, settings)| settings.rays);
+        let rays = self.prepared.gather.as_ref().map_or(1, |(_, settings)| settings.rays);
         (super::RAYS_IN_FLIGHT / rays.max(1)).clamp(1, super::RECEIVERS_IN_FLIGHT) as usize
     }
 }

@@ -27,9 +27,9 @@ pub(crate) struct SonelSurvey {
 
 impl Renderer<'_> {
     /// Surveys the sonels of `source`.
-    pub(crate) fn survey(&self, source: usize) -> SonelSurvey {
+    pub(super) fn make_survey(&self, source: usize) -> SonelSurvey {
         let batches: Vec<u32> =
-            (0..self.emissions.batches.len() as u32).step_by(BATCHES_PER_SURVEYED).collect();
+            (0..self.prepared.emissions.batches.len() as u32).step_by(BATCHES_PER_SURVEYED).collect();
         let vertices = |&batch: &u32| -> usize {
             self.map.batch_paths(source as u32, batch).map(|path| path.vertices.len()).sum()
         };
@@ -42,9 +42,12 @@ impl Renderer<'_> {
             sample.extend(its_sample);
         }
         // Estimators that are asked for by name take every sonel: their sums can be checked number by number.
-        let counts =
-            if self.settings.estimator == Estimator::Auto { counts } else { self.nothing_surveyed().0 };
-        let thins = self.settings.estimator == Estimator::Auto && self.gathers_by_mirrors();
+        let counts = if self.prepared.settings.estimator == Estimator::Auto {
+            counts
+        } else {
+            self.nothing_surveyed().0
+        };
+        let thins = self.prepared.settings.estimator == Estimator::Auto && self.gathers_by_mirrors();
         let room = free_path(self.geometry);
         SonelSurvey {
             selection: self.connects_diffuse().then(|| counts.selection(thins)),
@@ -57,8 +60,8 @@ impl Renderer<'_> {
 
     fn nothing_surveyed(&self) -> (SonelCounts, SonelSample) {
         let (low, high) = self.geometry.bounds();
-        let lanes = lanes_of(self.table.bands());
-        let neighbourhoods = Neighbourhoods::new(lanes, self.bins.reach, high - low);
+        let lanes = lanes_of(self.prepared.table.bands());
+        let neighbourhoods = Neighbourhoods::new(lanes, self.prepared.bins.reach, high - low);
         (SonelCounts::new(neighbourhoods), SonelSample::new(self.geometry))
     }
 
@@ -66,7 +69,7 @@ impl Renderer<'_> {
     fn survey_batch(&self, source: usize, batch: u32, share: f64) -> (SonelCounts, SonelSample) {
         let (mut counts, mut sample) = self.nothing_surveyed();
         let choices = StreamFamily::new(self.seed(), Purpose::SonelChoice, [source as u32, 1, 0, 0]);
-        let mut weight = PathWeight::of(&self.table);
+        let mut weight = PathWeight::of(&self.prepared.table);
         for path in self.map.batch_paths(source as u32, batch) {
             let mut selector = Selector::new(choices.stream(path.emission).uniform_fine());
             let mut reflected_at = 0.0;

@@ -9,8 +9,7 @@ use sonel_map::{BandValues, Lanes, Segment, SegmentHistory};
 
 use crate::ball::Beam;
 use crate::receiver::PreparedReceiver;
-use crate::stochastic::connection::{Arriving, ClassDeposits};
-use crate::stochastic::medium::Medium;
+use crate::stochastic::estimate::{Arriving, Deposit};
 
 /// Path classes of reflected sound that other estimators bring to one receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,10 +72,10 @@ impl<'a> Piece<'a> {
 pub(crate) fn cross<'a>(
     piece: &Piece<'_>,
     receivers: impl Iterator<Item = (usize, &'a PreparedReceiver, f64)>,
-    medium: &Medium<'_>,
     scratch: &mut [Lanes],
-    deposits: &mut ClassDeposits<'_>,
+    deposit: &mut Deposit<'_, '_>,
 ) {
+    let medium = deposit.medium;
     // Others come from everywhere, and the strongest of them is near.
     let is_beam = piece.beam != Beam::Diffused;
     for (index, receiver, direct_length) in receivers {
@@ -84,7 +83,7 @@ pub(crate) fn cross<'a>(
         let Some(chord) = ball.chord(medium.geometry, piece.ends) else {
             let is_near = || ball.is_passed_nearby(medium.geometry, piece.ends);
             if is_beam {
-                deposits.crossings.pass_near(piece.beam, index, piece.energy, is_near);
+                deposit.estimate.crossings.pass_near(piece.beam, index, piece.energy, is_near);
             }
             continue;
         };
@@ -92,11 +91,11 @@ pub(crate) fn cross<'a>(
         let fluence = chord.fluence * receiver.sensitivity.to(-along);
         let length = (piece.start_length + chord.at * receiver.stretch).max(direct_length);
         let Some(bin) = medium.bins.bin(length) else { continue };
-        deposits.crossings.cross(piece.beam, index, piece.energy);
+        deposit.estimate.crossings.cross(piece.beam, index, piece.energy);
         scratch.set_times(piece.energy, fluence);
         medium.receive(receiver, (length - piece.fades_from).max(0.0), scratch);
         let arriving = Arriving { receiver: index, towards: -along, length, bin };
-        deposits.add_from_kernel(arriving, scratch, chord.gain, medium);
+        deposit.add_from_kernel(arriving, scratch, chord.gain);
     }
 }
 

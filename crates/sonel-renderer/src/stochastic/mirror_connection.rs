@@ -17,8 +17,8 @@ use crate::exact::mirror::lattice::ImageLattice;
 use crate::exact::mirror::tree::ImageTree;
 use crate::receiver::{PreparedReceiver, Sensitivity};
 use crate::stochastic::alias::AliasTable;
-use crate::stochastic::connection::{Arriving, ClassDeposits, DiffuseSonel};
-use crate::stochastic::medium::Medium;
+use crate::stochastic::connection::DiffuseSonel;
+use crate::stochastic::estimate::{Arriving, Deposit};
 
 /// Largest K′ in an empty box: about 44 000 images. What is beyond carries little but is noisy: in a flat room K′ = 16 left 0.2 % of
 /// the energy to spheres, and with it most of the variance of T30.
@@ -118,18 +118,18 @@ impl ReceiverImages {
         }
     }
 
-    /// Connects `sonel` to the image that the uniform number `choice` selects. `receiver` is its number in `deposits`; sound comes to it from
+    /// Connects `sonel` to the image that the uniform number `choice` selects. `receiver` is its number in `deposit`; sound comes to it from
     /// `first`, or from where the way over the image ends.
     #[inline]
     pub(crate) fn connect(
         &self,
         sonel: &DiffuseSonel<'_>,
         (receiver, first): (usize, Option<DVec3>),
-        medium: &Medium<'_>,
         choice: f64,
         scratch: &mut [Lanes],
-        deposits: &mut ClassDeposits<'_>,
+        deposit: &mut Deposit<'_, '_>,
     ) {
+        let medium = deposit.medium;
         let index = self.choice.choose(choice);
         let image = &self.images[index];
         let from = sonel.position.as_dvec3();
@@ -158,7 +158,7 @@ impl ReceiverImages {
         let weight = solid_angle * self.inverse_probability[index] * self.sensitivity.to(towards);
         scratch.set_product(sonel.radiosity, &image.factor, weight);
         let towards = first.unwrap_or(towards);
-        deposits.add(Arriving { receiver, towards, length, bin }, scratch, medium);
+        deposit.add(Arriving { receiver, towards, length, bin }, scratch);
     }
 }
 

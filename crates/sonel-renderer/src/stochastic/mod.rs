@@ -3,6 +3,7 @@
 mod alias;
 pub(crate) mod connection;
 pub(crate) mod crossing;
+pub(crate) mod estimate;
 pub(crate) mod gather;
 pub(crate) mod kernel;
 pub(crate) mod medium;

@@ -178,7 +178,7 @@ fn unit(
             let each: Vec<String> =
                 rooms.iter().map(|(name, length)| format!("{name} ({} m)", in_unit(*length))).collect();
             return Err(format!(
-                "the file states no unit, and {} may be {}: give the unit, such as `--unit {}`",
+                "the file states no unit, and {} may be {}: give the unit, such as `unit` {}",
                 in_unit(1.0),
                 each.join(" or "),
                 rooms[0].0

@@ -403,7 +403,7 @@ fn a_draft_finds_the_unit_or_asks_for_it() {
         (0.001, "mm (10 × 7 × 3 m)", "cm (100 × 70 × 30 m)"),
     ] {
         let asked = drafted_in(length, &none).unwrap_err();
-        assert!(asked.contains(unit) && asked.contains(other) && asked.contains("--unit"), "{asked}");
+        assert!(asked.contains(unit) && asked.contains(other) && asked.contains("`unit`"), "{asked}");
     }
     let stated = drafted_in(0.001, &DraftOptions { unit: Some("mm"), ..none }).unwrap();
     assert!(stated.text.contains("mesh_unit = \"mm\"\n") && stated.warnings.is_empty(), "{}", stated.text);

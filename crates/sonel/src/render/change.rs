@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use sonel_acoustics::{Directivity, Material, Pattern, TALKER, talker};
 use sonel_scene::{
@@ -13,7 +14,7 @@ use sonel_scene::{
 use crate::coefficients::{self, Coefficients, MaterialKey};
 use crate::error::At;
 use crate::names::place;
-use crate::{Error, Result};
+use crate::{Error, ParseError, Result};
 
 /// Change of a rendering against the scene of its map.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,8 +60,8 @@ impl Change {
     /// Reads the name `materials.NAME.KEY` or `sources.NAME.directivity` with its value: numbers between commas, or a word.
     ///
     /// # Errors
-    /// A sentence that says what is right.
-    pub fn parse(name: &str, value: &str) -> Result<Self, String> {
+    /// Another name or value.
+    pub fn parse(name: &str, value: &str) -> Result<Self, ParseError> {
         let value = value.trim();
         if let Some(material) = borrower(name) {
             let entries = value.split(',').map(|entry| entry.trim().trim_matches('"').to_owned());
@@ -79,8 +80,8 @@ impl Change {
     /// Gives `values` to the coefficient of the name `materials.NAME.KEY`.
     ///
     /// # Errors
-    /// A sentence that says what is right.
-    pub fn of(name: &str, values: Coefficients) -> Result<Self, String> {
+    /// Another name or value.
+    pub fn of(name: &str, values: Coefficients) -> Result<Self, ParseError> {
         match path(name)? {
             (material, Some(key)) => Ok(Self::Coefficient(material, key, values)),
             _ => Err(wrong(name)),
@@ -97,10 +98,20 @@ impl Change {
     }
 }
 
-fn wrong(text: &str) -> String {
-    format!(
+/// `materials.walls.absorption=0.4`, `sources.stage.directivity=cardioid`.
+impl FromStr for Change {
+    type Err = ParseError;
+
+    fn from_str(text: &str) -> Result<Self, ParseError> {
+        let (name, value) = text.split_once('=').unwrap_or((text, ""));
+        Self::parse(name, value)
+    }
+}
+
+fn wrong(text: &str) -> ParseError {
+    ParseError(format!(
         "\"{text}\" is not a change: write materials.NAME.absorption=0.4 or sources.NAME.directivity=cardioid"
-    )
+    ))
 }
 
 /// The material of `materials.NAME.library`.
@@ -109,7 +120,7 @@ fn borrower(name: &str) -> Option<&str> {
 }
 
 /// The name of a material with a key, or that of a source.
-fn path(text: &str) -> Result<(String, Option<MaterialKey>), String> {
+fn path(text: &str) -> Result<(String, Option<MaterialKey>), ParseError> {
     let parts =
         text.trim().split_once('.').and_then(|(section, rest)| Some((section, rest.rsplit_once('.')?)));
     let known: Vec<&str> = MaterialKey::ALL.iter().map(|key| key.name()).collect();
@@ -122,7 +133,7 @@ fn path(text: &str) -> Result<(String, Option<MaterialKey>), String> {
         Some(("sources", (_, key))) => (key, "directivity".to_owned()),
         _ => return Err(wrong(text)),
     };
-    Err(format!("`{key}` cannot be changed on a map; can be: {known}"))
+    Err(ParseError(format!("`{key}` cannot be changed on a map; can be: {known}")))
 }
 
 /// Materials and sources of `scene` after the variant, the file of materials and then `changes`.
@@ -270,13 +281,8 @@ mod tests {
         Scene::shoebox([3.0, 4.0, 5.0], material, Bands::octaves()).with_source("left", [1.0; 3])
     }
 
-    fn parse(text: &str) -> Result<Change, String> {
-        let (name, value) = text.split_once('=').ok_or_else(|| wrong(text))?;
-        Change::parse(name, value)
-    }
-
     fn change(changes: &[&str]) -> Result<(Vec<Material>, Vec<Source>)> {
-        let parsed: Vec<Change> = changes.iter().map(|text| parse(text).unwrap()).collect();
+        let parsed: Vec<Change> = changes.iter().map(|text| text.parse::<Change>().unwrap()).collect();
         changed(&scene(), None, None, &parsed)
     }
 
@@ -335,9 +341,9 @@ mod tests {
         assert!(
             change(&["materials.wall.north.diffuse=0.1", "materials.wall.north.scattering=0.1"]).is_err()
         );
-        assert!(parse("materials.wall.colour=1").unwrap_err().contains("can be: absorption"));
-        assert!(parse("walls=1").is_err());
-        assert!(parse("materials.a.absorption=loud").unwrap_err().contains("is not a change"));
+        assert!("materials.wall.colour=1".parse::<Change>().unwrap_err().0.contains("can be: absorption"));
+        assert!("walls=1".parse::<Change>().is_err());
+        assert!("materials.a.absorption=loud".parse::<Change>().unwrap_err().0.contains("is not a change"));
         let odd = Change::of("materials.a=b.absorption", 0.3.into()).unwrap();
         assert_eq!(odd, Change::Coefficient("a=b".to_owned(), MaterialKey::Absorption, 0.3.into()));
     }
@@ -360,7 +366,7 @@ mod tests {
         let mut walls = Material::uniform("walls", 0.2, 0.1, 8);
         walls.law = sonel_acoustics::AbsorptionLaw::LocallyReacting;
         let scene = Scene::shoebox([4.0, 4.0, 4.0], walls, Bands::octaves());
-        let set = |text: &str| changed(&scene, None, None, &[parse(text).unwrap()]);
+        let set = |text: &str| changed(&scene, None, None, &[text.parse::<Change>().unwrap()]);
         let (materials, _) = set("materials.walls.absorption=0.4").unwrap();
         assert_eq!(materials[0].law, scene.materials[0].law);
         assert!(set("materials.walls.absorption=0.97").is_err());

@@ -15,7 +15,7 @@ use sonel_scene::Scene;
 
 use super::audience::{Audience, MOST_POINTS};
 use crate::observer::{Severity, Watch};
-use crate::{Error, Result};
+use crate::{Error, ParseError, Result};
 
 /// Positions of a grid along the three axes [m].
 #[derive(Debug, Clone, PartialEq)]
@@ -55,13 +55,14 @@ impl Grid {
     ///
     /// # Errors
     /// When it has more than 100 000 points, or none.
-    pub fn new(axes: [Axis; 3]) -> Result<Self, String> {
+    pub fn new(axes: [Axis; 3]) -> Result<Self, ParseError> {
         let points: f64 = axes.iter().map(|axis| f64::from(axis.count)).product();
         if points > MOST_POINTS {
-            return Err(format!("{points} points are more than {MOST_POINTS}: give fewer along an axis"));
+            let text = format!("{points} points are more than {MOST_POINTS}: give fewer along an axis");
+            return Err(ParseError(text));
         }
         if axes.iter().any(|axis| axis.count == 0 || !axis.low.is_finite() || !axis.high.is_finite()) {
-            return Err("a grid needs a point and finite ends on every axis".to_owned());
+            return Err(ParseError("a grid needs a point and finite ends on every axis".to_owned()));
         }
         Ok(Self { axes })
     }
@@ -95,13 +96,13 @@ pub struct GridCounts {
 
 /// Three axes, each `lo:hi:n` or one number: `10:60:6,1.2,10:60:6`.
 impl FromStr for Grid {
-    type Err = String;
+    type Err = ParseError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, ParseError> {
         let wrong = || {
-            format!(
+            ParseError(format!(
                 "\"{text}\" is not a grid: write three axes, each lo:hi:n or one number: 10:60:6,1.2,10:60:6"
-            )
+            ))
         };
         let axes: Vec<Axis> =
             text.split(',').map(|axis| parse_axis(axis).ok_or_else(wrong)).collect::<Result<_, _>>()?;
@@ -284,8 +285,8 @@ mod tests {
     #[test]
     fn wrong_ones_say_what_is_right() {
         for text in ["1,2", "0:1:0,1,1", "0:1,1,1", "nan,1,1", "0:1:-3,1,1"] {
-            assert!(text.parse::<Grid>().unwrap_err().contains("lo:hi:n"), "{text}");
+            assert!(text.parse::<Grid>().unwrap_err().0.contains("lo:hi:n"), "{text}");
         }
-        assert!("0:1:1000,0:1:1000,0:1:1000".parse::<Grid>().unwrap_err().contains("more than 100000"));
+        assert!("0:1:1000,0:1:1000,0:1:1000".parse::<Grid>().unwrap_err().0.contains("more than 100000"));
     }
 }

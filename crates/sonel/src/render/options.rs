@@ -9,7 +9,7 @@ use sonel_renderer::{Air as Attenuation, Estimator, RenderSettings};
 use sonel_scene::Scene;
 
 use crate::feasible::wrong_limits;
-use crate::{Audience, Change, Error, Grid, Result};
+use crate::{Audience, Change, Error, Grid, ParseError, Result};
 
 /// Options of a rendering.
 #[derive(Debug, Clone)]
@@ -163,13 +163,13 @@ impl RenderOptions {
 /// Whether the `effects` of a rendering have edges diffract: `auto`, or changes of diffraction, with or without `auto` before them.
 ///
 /// # Errors
-/// A sentence that says what is right.
-pub fn parse_diffraction(text: &str) -> Result<bool, String> {
+/// Another text.
+pub fn parse_diffraction(text: &str) -> Result<bool, ParseError> {
     let changes = text.strip_prefix("auto,").unwrap_or(text);
     let is_known = |change: &&str| matches!(change.trim(), "-diffraction" | "+diffraction");
     match changes.split(',').find(|change| !is_known(change)) {
         Some(_) if text == "auto" => Ok(true),
-        Some(_) => Err("a rendering decides about diffraction alone: write -diffraction or +diffraction, and give other effects to the trace".to_owned()),
+        Some(_) => Err(ParseError("a rendering decides about diffraction alone: write -diffraction or +diffraction, and give other effects to the trace".to_owned())),
         None => Ok(changes.trim_end().ends_with("+diffraction")),
     }
 }

@@ -1,6 +1,7 @@
 //! Uncertainty of a response's parameters by the absorption of materials, from the map that it was rendered from.
 
 use std::ops::RangeInclusive;
+use std::str::FromStr;
 
 use crate::study::pipeline::render_variants;
 use serde_json::{Value, json};
@@ -16,7 +17,7 @@ use crate::error::At;
 use crate::names::place;
 use crate::observer::{Observer, Severity, Watch};
 use crate::prepared::Design;
-use crate::{Error, Map, Mode, Result};
+use crate::{Error, Map, Mode, ParseError, Result};
 
 use crate::study::job::directivity;
 
@@ -36,12 +37,11 @@ pub struct AbsorptionUncertainty {
     pub is_relative: bool,
 }
 
-impl AbsorptionUncertainty {
-    /// Reads `0.05`, `20%` of the coefficient, `NAME=0.1` or, by band, `NAME=0.1,0.05,…`.
-    ///
-    /// # Errors
-    /// A sentence that says what is right.
-    pub fn parse(text: &str) -> std::result::Result<Self, String> {
+/// `0.05`, `20%` of the coefficient, `NAME=0.1` or, by band, `NAME=0.1,0.05,…`.
+impl FromStr for AbsorptionUncertainty {
+    type Err = ParseError;
+
+    fn from_str(text: &str) -> Result<Self, ParseError> {
         let (material, numbers) = match text.rsplit_once('=') {
             Some((name, numbers)) => (Some(name.trim().trim_matches('"').to_owned()), numbers),
             None => (None, text),
@@ -59,9 +59,9 @@ impl AbsorptionUncertainty {
             .and_then(scaled)
             .filter(|found| numbers_of(found).iter().all(|u| RANGE.contains(u)));
         uncertainty.filter(|_| material.as_deref() != Some("")).map(|uncertainty| Self { material, uncertainty, is_relative }).ok_or_else(|| {
-            format!(
+            ParseError(format!(
                 "\"{text}\" is no standard uncertainty of absorption: write 0.05 for all materials, NAME=0.1 for one, NAME=0.1,0.05,… by band, each 0 … 0.5, or NAME=20% of the coefficient, 0 … 50 %"
-            )
+            ))
         })
     }
 }
@@ -135,7 +135,7 @@ impl Map {
     /// Edges do not diffract in them. A material is left out, with a warning, in bands where it absorbs everything: no packet returns from it.
     ///
     /// # Errors
-    /// When the response is of another map, is of its sources as one or has changed directivities; a material that does not exist; a map of `--mode paper`; [`Error::Stopped`].
+    /// When the response is of another map, is of its sources as one or has changed directivities; a material that does not exist; a map of `mode` paper; [`Error::Stopped`].
     pub fn material_variants(
         &self,
         response: &Echograms,
@@ -151,14 +151,14 @@ impl Map {
         let sources = self.sonels().header().scene.sources.len();
         if response.sources() != sources {
             return Err(Error::refused(format!(
-                "the response has {} sources, the map {sources}: sources as one (--together) have no interval of the materials \
-                 (--material-uncertainty): leave one of the options out",
+                "the response has {} sources, the map {sources}: sources as one (`together`) have no interval of the materials \
+                 (`material_uncertainty`): leave one of the options out",
                 response.sources()
             )));
         }
         if self.sonels().header().settings.mode == Mode::Paper {
             return Err(Error::refused(
-                "materials of maps of --mode paper cannot be changed: trace with --mode accurate",
+                "materials of maps of `mode` paper cannot be changed: trace with `mode` accurate",
             ));
         }
         let label = || self.label().to_owned();

@@ -10,10 +10,13 @@
 //!
 //! References: docs/references.md.
 
+use std::str::FromStr;
+
 use sonel_acoustics::din18041::{GROUP_A, Use};
 use sonel_analysis::average::average;
 use sonel_analysis::{Parameter, ParameterValue, Unsupported, octave};
 
+use crate::ParseError;
 use crate::study::target;
 
 /// A criterion.
@@ -68,12 +71,10 @@ const SPEECH_OCTAVES: [f64; 3] = [500.0, 1000.0, 2000.0];
 /// Third octaves of BB93 [Hz].
 const MIDDLE_THIRDS: [f64; 9] = [400.0, 500.0, 630.0, 800.0, 1000.0, 1250.0, 1600.0, 2000.0, 2500.0];
 
-impl Criterion {
-    /// Reads a criterion.
-    ///
-    /// # Errors
-    /// A sentence that says what is right.
-    pub fn parse(text: &str) -> Result<Self, String> {
+impl FromStr for Criterion {
+    type Err = ParseError;
+
+    fn from_str(text: &str) -> Result<Self, ParseError> {
         let name = text.trim().to_owned();
         let word = name.to_lowercase();
         let of = |parameter, range| Ok(Self { name: name.clone(), parameter, range });
@@ -91,15 +92,17 @@ impl Criterion {
             let din = GROUP_A.iter().map(|it| format!("{DIN}{}", it.class.to_lowercase()));
             let words: Vec<String> =
                 din.chain(BB93.iter().map(|it| it.0.to_owned())).chain([ANSI.to_owned()]).collect();
-            format!(
+            ParseError(format!(
                 "\"{text}\" is not a criterion: write t30=0.6s±20%@250-2000, c50>=2dB, t20<=0.8s@500,1000 (+- for ±; parameters {}; units s, ms, dB, %), or one of {}",
                 target::names(),
                 words.join(", ")
-            )
+            ))
         })?;
         of(parameter, range)
     }
+}
 
+impl Criterion {
     /// Lowest and highest value in the octave or third `hz` of a room of `volume` [m³], in the unit of the parameter; none where it says nothing.
     #[must_use]
     pub fn range(&self, hz: f64, volume: Option<f64>) -> Option<[f64; 2]> {
@@ -279,7 +282,7 @@ mod tests {
     use sonel_analysis::Estimate;
 
     fn range(text: &str, hz: f64, volume: f64) -> Option<[f64; 2]> {
-        Criterion::parse(text).expect("a criterion").range(hz, Some(volume))
+        text.parse::<Criterion>().expect("a criterion").range(hz, Some(volume))
     }
 
     fn near(found: Option<[f64; 2]>, expected: [f64; 2]) {
@@ -312,8 +315,9 @@ mod tests {
             let at = bands.iter().position(|band| band.total_cmp(&hz).is_eq())?;
             Some(Ok(Estimate::bare(times[at], Ok([times[at] - 0.01, times[at] + 0.01]))))
         };
-        let judged =
-            |word: &str, bands: &[f64]| Criterion::parse(word).unwrap().judged(bands, Some(200.0)).unwrap();
+        let judged = |word: &str, bands: &[f64]| {
+            word.parse::<Criterion>().unwrap().judged(bands, Some(200.0)).unwrap()
+        };
         let mean = &judged("bb93-primary", &bands)[..];
         assert_eq!(
             (mean.len(), mean[0].to_string(), mean[0].range),
@@ -334,7 +338,7 @@ mod tests {
     #[test]
     fn what_does_not_apply_says_why() {
         let reason = |word: &str, bands: &[f64], volume| {
-            Criterion::parse(word).unwrap().judged(bands, volume).unwrap_err()
+            word.parse::<Criterion>().unwrap().judged(bands, volume).unwrap_err()
         };
         assert_eq!(reason("ansi-s12.60", &[500.0], Some(600.4)), "volume 600 m³ outside 0 … 566 m³");
         assert_eq!(reason("din18041-a4", &[500.0], Some(600.0)), "volume 600 m³ outside 30 … 500 m³");
@@ -350,7 +354,7 @@ mod tests {
         assert_eq!(range("c50>=2dB", 63.0, 1.0), Some([2.0, f64::INFINITY]));
         near(range("d50=70%±5%", 63.0, 1.0), [0.65, 0.75]);
         for wrong in ["t30=0.6", "t30=0.6s", "rt60<=1s", "t30<=1dB", "t30<=1s@x", "din"] {
-            assert!(Criterion::parse(wrong).unwrap_err().contains("din18041-a3"), "{wrong}");
+            assert!(wrong.parse::<Criterion>().unwrap_err().0.contains("din18041-a3"), "{wrong}");
         }
     }
 }

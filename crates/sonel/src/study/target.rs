@@ -62,6 +62,12 @@ pub enum TargetError {
     Twice(&'static str),
 }
 
+impl From<TargetError> for crate::Error {
+    fn from(error: TargetError) -> Self {
+        Self::Options(vec![error.to_string()])
+    }
+}
+
 /// All names, as help and messages list them.
 #[must_use]
 pub fn names() -> String {

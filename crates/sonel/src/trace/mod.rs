@@ -219,7 +219,7 @@ fn begin<'a>(
     let asked = options.effects.clone().unwrap_or_default();
     if settings.mode == Mode::Accurate && asked.names_diffraction() {
         return Err(Error::Options(vec![
-            "`effects`: edges are computed at the receivers: leave diffraction out here, sonel-render --effects -diffraction switches it off"
+            "`effects`: edges are computed at the receivers: leave diffraction out here, `effects` -diffraction of the rendering switches it off"
                 .to_owned(),
         ]));
     }

@@ -28,7 +28,7 @@ pub struct Parameters {
     #[arg(long)]
     pub mean: bool,
     /// Print the share of receivers within a range, band by band, such as t30=0.6s±20%@250-2000, c50>=2dB or din18041-a3; repeatable.
-    #[arg(long = "target", value_name = "CRITERION", value_parser = Criterion::parse)]
+    #[arg(long = "target", value_name = "CRITERION", value_parser = str::parse::<Criterion>)]
     pub targets: Vec<Criterion>,
     /// The map that the responses were rendered from, for --material-uncertainty.
     #[arg(long, value_name = "MAP.sonelmap", requires = "material_uncertainty")]

@@ -348,7 +348,7 @@ fn plane(map: &Map, wish: &Plane) -> Result<Grid, Refusal> {
     if axes.iter().map(|axis| f64::from(axis.count)).product::<f64>() > MOST_PLACES {
         return Err(too_many());
     }
-    Grid::new(axes).map_err(Refusal::wrong)
+    Grid::new(axes).map_err(|error| Refusal::wrong(error.to_string()))
 }
 
 fn too_many() -> Refusal {

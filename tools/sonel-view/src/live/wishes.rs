@@ -86,5 +86,5 @@ pub(super) struct Search {
 /// Changes as the renderer takes them.
 pub(super) fn changes(changes: &Changes) -> Result<Vec<Change>, Refusal> {
     let each = changes.iter().map(|(name, values)| Change::of(name, values.clone().into()));
-    each.collect::<Result<_, _>>().map_err(Refusal::wrong)
+    each.collect::<Result<_, _>>().map_err(|error| Refusal::wrong(error.to_string()))
 }

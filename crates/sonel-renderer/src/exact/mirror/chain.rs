@@ -146,7 +146,7 @@ fn reflect(table: &CoefficientTable, chain: &[&Reflection], mut towards: DVec3, 
             }
             None => table.mirror(*surface, towards, factor),
         }
-        towards -= 2.0 * towards.dot(normal) * normal;
+        towards = towards.reflect(normal);
     }
 }
 
@@ -224,8 +224,8 @@ fn as_seen(geometry: &Geometry, chain: &[&Reflection], shifts: &[DVec3]) -> Smal
     let mut seen: SmallVec<[DVec3; 8]> = SmallVec::from_slice(shifts);
     for (leg, reflection) in chain.iter().enumerate().rev() {
         let normal = geometry.surface(reflection.mirror.surface).normal;
-        let behind = seen[leg + 1];
-        seen[leg] += behind - 2.0 * behind.dot(normal) * normal;
+        let behind = seen[leg + 1].reflect(normal);
+        seen[leg] += behind;
     }
     seen
 }

@@ -252,7 +252,7 @@ impl ImageTree {
             found(index as usize);
             parent = Some(index);
             let normal = geometry.surface(hit.surface).normal.as_vec3();
-            direction = (direction - 2.0 * direction.dot(normal) * normal).normalize();
+            direction = direction.reflect(normal).normalize();
             departure = geometry.leave(hit.position, hit.surface, hit.side);
         }
     }

@@ -13,8 +13,8 @@ use super::rays::NearPlace;
 use crate::exact::direct::spread;
 use crate::exact::mirror::Radiator;
 use crate::receiver::PreparedReceiver;
-use crate::stochastic::connection::{Arriving, ClassDeposits, DiffuseSonel};
-use crate::stochastic::medium::Medium;
+use crate::stochastic::connection::DiffuseSonel;
+use crate::stochastic::estimate::{Arriving, Deposit};
 use crate::stochastic::mirror_connection::{ReceiverImages, image_order};
 
 /// A source as places next to receivers see it.
@@ -51,11 +51,10 @@ impl<'a> NearSource<'a> {
         place: &NearPlace<'_>,
         receiver: usize,
         prepared: &PreparedReceiver,
-        medium: &Medium<'_>,
         scratch: &mut [Lanes],
-        deposits: &mut ClassDeposits<'_>,
+        deposit: &mut Deposit<'_, '_>,
     ) {
-        self.connect_directly(place, receiver, prepared, medium, scratch, deposits);
+        self.connect_directly(place, receiver, prepared, scratch, deposit);
         let Some(images) = &self.images else { return };
         let NearPlace { ray, normal, choice, .. } = *place;
         let mut radiosity = ray.throughput.clone();
@@ -68,7 +67,7 @@ impl<'a> NearSource<'a> {
             radiosity: &radiosity,
         };
         let receiver = (receiver, Some(ray.towards.as_dvec3()));
-        images.connect(&sonel, receiver, medium, choice, scratch, deposits);
+        images.connect(&sonel, receiver, choice, scratch, deposit);
     }
 
     fn connect_directly(
@@ -76,10 +75,10 @@ impl<'a> NearSource<'a> {
         place: &NearPlace<'_>,
         receiver: usize,
         prepared: &PreparedReceiver,
-        medium: &Medium<'_>,
         scratch: &mut [Lanes],
-        deposits: &mut ClassDeposits<'_>,
+        deposit: &mut Deposit<'_, '_>,
     ) {
+        let medium = deposit.medium;
         let (ray, normal) = (place.ray, place.normal.as_dvec3());
         let offset = self.radiator.position - ray.at.as_vec3().as_dvec3();
         if offset.dot(normal) <= 0.0 {
@@ -102,6 +101,6 @@ impl<'a> NearSource<'a> {
         }
         passed.attenuate(medium.table, scratch);
         medium.receive(prepared, length, scratch);
-        deposits.add(Arriving { receiver, towards: ray.towards.as_dvec3(), length, bin }, scratch, medium);
+        deposit.add(Arriving { receiver, towards: ray.towards.as_dvec3(), length, bin }, scratch);
     }
 }

@@ -335,7 +335,7 @@ impl Ray {
         if self.weight() <= 0.0 {
             return false;
         }
-        self.direction = (self.direction - 2.0 * self.direction.dot(normal) * normal).normalize();
+        self.direction = self.direction.reflect(normal).normalize();
         self.departure = medium.geometry.leave(hit.position, hit.surface, hit.side);
         self.at = hit.position.as_dvec3();
         self.reflections += u32::from(!self.is_scattered);
