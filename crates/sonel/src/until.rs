@@ -8,7 +8,7 @@ use crate::observer::Watch;
 use crate::plan::{overrun, reached, verdict, verdict_json};
 use crate::study::effort::Effort;
 use crate::study::plan::Names;
-use crate::study::spread::{Reading, readings};
+use crate::study::spread::readings;
 use crate::study::target::Targets;
 use crate::study::until::Verdict;
 
@@ -57,8 +57,6 @@ pub(crate) struct Look<R> {
     pub effort: Effort,
     /// All parameters.
     pub parameters: Vec<ReceiverParameters>,
-    /// Those that have targets.
-    pub readings: Vec<Reading>,
     /// Findings on the targets.
     pub found: Verdict,
 }
@@ -76,13 +74,12 @@ pub(crate) fn until<G: Growing>(
         let begin = watch.seconds().0;
         let (run, parameters) = work.run(effort, before.take())?;
         iterations += 1;
-        let readings = readings(&parameters, &targets.parameters());
-        let found = Verdict::new(&readings, targets);
+        let found = Verdict::new(&readings(&parameters, &targets.parameters()), targets);
         let words = work.in_words(effort);
         watch.info(&format!("{words}: {}", verdict(names, &found, targets)))?;
         let now = watch.seconds().0;
         let growth = seconds.map_or(f64::INFINITY, |end| (end - now) / (now - begin).max(1e-3));
-        let look = Look { run, effort, parameters, readings, found };
+        let look = Look { run, effort, parameters, found };
         if let Some(next) = work.next(&look, growth) {
             (effort, before) = (next, Some(look));
             continue;

@@ -14,8 +14,7 @@ use crate::study::pipeline::Room;
 use crate::study::plan::Plan;
 use crate::study::spread::{PLANNED, readings};
 
-/// The plan for rendering the map with `settings`: its scene is traced again, shortly and with other random numbers, and evaluated at the
-/// receivers or, of very many, some of them. Where all may take so many seconds, the pilot takes a part of them.
+/// The plan for rendering the map with `settings`: its first packets are traced again and evaluated at the receivers or, of very many, some of them. Where all may take so many seconds, the pilot takes a part of them.
 pub(super) fn plan(job: &Job<'_>, settings: &RenderSettings, at_most: Option<f64>) -> Result<Plan> {
     let header = job.map.header();
     let evaluation_receivers = some_of(job.receivers.to_vec());
@@ -26,9 +25,10 @@ pub(super) fn plan(job: &Job<'_>, settings: &RenderSettings, at_most: Option<f64
         is_traced: true,
         receivers: &evaluation_receivers,
         parameters: &PLANNED,
+        is_priced: true,
         seconds: at_most.map(|seconds| SHARE_OF_TIME * seconds),
     };
-    let pilot = pilot::run(&config, job.watch.0)?;
+    let (pilot, _) = pilot::run(&config, job.watch.0)?;
     let Settings { emissions, batches, .. } = header.settings;
     let map = Effort { emissions, rays: settings.rays(emissions), batches };
     Ok(Plan::of_map(pilot, &header.scene, &evaluation_receivers, job.receivers.len(), map, settings.bin))

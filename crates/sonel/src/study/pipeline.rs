@@ -121,7 +121,13 @@ impl<'a> Room<'a> {
         store: &mut impl MapStore,
         observer: &dyn Observer,
     ) -> Result<TracedMap> {
-        trace(&whole_run(self.scene, self.effects.to_vec(), settings), self.geometry, None, store, observer)
+        trace(&self.whole_run(settings), self.geometry, None, store, observer)
+    }
+
+    /// The provenance of the whole run with `settings`.
+    #[must_use]
+    pub fn whole_run(&self, settings: Settings) -> MapHeader {
+        whole_run(self.scene, self.effects.to_vec(), settings)
     }
 }
 
