@@ -116,7 +116,10 @@ fn tests() -> Result<()> {
             (["test", "--release", "--package", "sonel-tests"], ["--nocapture", "--test-threads=1"]);
         succeed(workspace::cargo(&[&build, arguments, &run].concat()))
     };
-    in_release(&["--test", "accept", "--package", "sonel-geometry", "--test", "rays", "--"])?;
+    // Campaigns of drawings are larger in release.
+    let drawings =
+        ["--package", "sonel-geometry", "--test", "rays", "--test", "shape", "--package", "sonel-tracer"];
+    in_release(&[&["--test", "accept"], &drawings[..], &["--test", "readable", "--"]].concat())?;
     let with_units = ["--package", "sonel-testkit", "--package", "sonel-diffraction", "--lib"];
     let ours = ["--test", "physics", "--test", "stability"];
     in_release(&[&ours, &with_units[..], &["--", "--ignored"]].concat())

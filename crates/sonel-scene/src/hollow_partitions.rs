@@ -1,8 +1,8 @@
 //! Partitions with thickness that are drawn as two faces on a floor that runs through: what is between the faces is the inside of a side.
 //!
 //! Where floor, ceiling and side walls run through under a partition, the space between its faces is a cell of air like a room, in which sound
-//! would be reflected and absorbed. It is closed off: its part of floor, ceiling and side walls is drawn once more, as that of a solid that
-//! stands there. So both drawings of a wall are one.
+//! would be reflected and absorbed. Then all other cells of air are stated to be the air, as a scene file may, so that this one is solid. So both
+//! drawings of a wall are one.
 //!
 //! A cell is the inside of a partition if no source is in it, it is at most [`THICKEST_PARTITION`] deep, and most of what it shows to other air
 //! are faces that transmit, each opposite a parallel one.
@@ -10,7 +10,7 @@
 //! References: docs/physics.md §3, docs/formats/scene.md.
 
 use glam::DVec3;
-use sonel_geometry::{CellPlace, FaceKind, Geometry, MeshTriangle, Side, SurfaceId};
+use sonel_geometry::{CellPlace, FaceKind, Geometry, Side, SurfaceId};
 
 use crate::notation::{number, place};
 use crate::report::{NoteKind, Report};
@@ -33,31 +33,26 @@ struct CellSide {
     beyond: u32,
 }
 
-/// Closes off all insides of partitions of `walls`, whose geometry is `geometry`, with faces of some `kind` by their material; the geometry
-/// afterwards.
+/// Closes off all insides of partitions of `walls`, whose geometry is `geometry`, with faces of some `kind` by their material: the geometry
+/// afterwards, and in `air_at` where it has air.
 pub(crate) fn close_off(
-    walls: &mut Walls,
+    walls: &Walls,
     geometry: Geometry,
     kind: impl Fn(u32) -> FaceKind,
-    air_at: &[DVec3],
+    air_at: &mut Vec<DVec3>,
     sources: &[DVec3],
     report: &Report,
 ) -> Geometry {
     let passes = |surface: SurfaceId| kind(geometry.surface(surface).material) == FaceKind::Partition;
-    let mesh = &mut walls.mesh;
-    let drawn = mesh.triangles.len();
-    for cell in geometry.air_cells() {
-        let sides = sides(&geometry, cell.number);
-        let Some(thickness) = thickness(&geometry, &cell, &sides, &passes) else { continue };
-        if sources.iter().any(|&source| geometry.cell_at(source) == cell.number) {
+    let cells = geometry.air_cells();
+    let mut airs = Vec::new();
+    for &cell in &cells {
+        let thickness = thickness(&geometry, &cell, &sides(&geometry, cell.number), &passes);
+        let has_source = || sources.iter().any(|&source| geometry.cell_at(source) == cell.number);
+        let Some(thickness) = thickness.filter(|_| !has_source()) else {
+            airs.push(cell.place);
             continue;
-        }
-        for side in sides.iter().filter(|side| !geometry.is_air_cell(side.beyond)) {
-            let material = geometry.surface(side.surface).material;
-            let first = mesh.vertices.len() as u32;
-            mesh.vertices.extend(geometry.mesh().corners(side.triangle));
-            mesh.triangles.push(MeshTriangle { corners: [first, first + 1, first + 2], material });
-        }
+        };
         report.note_of(
             NoteKind::Repair,
             format!(
@@ -69,10 +64,11 @@ pub(crate) fn close_off(
             ),
         );
     }
-    if mesh.triangles.len() == drawn {
+    if airs.len() == cells.len() {
         return geometry;
     }
-    Geometry::with_kinds(mesh.clone(), kind, air_at).expect("the mesh has triangles")
+    *air_at = airs;
+    Geometry::with_kinds(walls.mesh.clone(), kind, air_at).expect("the mesh has triangles")
 }
 
 /// The sides of triangles that bound a cell.

@@ -339,14 +339,14 @@ fn compile(
     let is_interface = |material| interfaces.iter().any(|interface| interface.material == material);
     let kind = |material| face_kind(&materials, material, is_interface);
     let closed = read_closed(document);
-    let air_at = document.get("air_at").and_then(|entry| entry.vectors()).unwrap_or_default();
+    let mut air_at = document.get("air_at").and_then(|entry| entry.vectors()).unwrap_or_default();
     let geometry =
         walls.as_mut().and_then(|walls| build(walls, &materials, kind, &air_at, closed.as_ref(), &report));
     let source_points: Vec<DVec3> = sources.iter().map(|source| source.point.position).collect();
     let close_off = |(walls, geometry)| {
-        hollow_partitions::close_off(walls, geometry, kind, &air_at, &source_points, &report)
+        hollow_partitions::close_off(walls, geometry, kind, &mut air_at, &source_points, &report)
     };
-    let geometry = walls.as_mut().zip(geometry).map(close_off);
+    let geometry = walls.as_ref().zip(geometry).map(close_off);
     inspect(geometry.as_ref(), &sources, &receivers, &report);
     let compile_media = |geometry| regions::compile(regions, &interfaces, &sources, geometry, &report);
     let media = geometry.as_ref().and_then(compile_media);

@@ -6,6 +6,7 @@ use sonel_acoustics::Material;
 use sonel_geometry::{Mesh, MeshTriangle};
 
 use crate::document::quoted_key;
+use crate::notation::number;
 use crate::obj::{self, Face, FileTerms, Polygons, Triangulation};
 use crate::problem::LineProblem;
 use crate::report::{NoteKind, Report};
@@ -47,7 +48,8 @@ pub(crate) fn read(
     let (material_of_name, unknown) = match_materials(&polygons, materials, file, report);
     let (vertices, unit) = in_metres(&polygons, file, stated, report);
     let terms = &polygons.terms;
-    let mut oddities = Oddities { file, terms, bent: Vec::new(), flat: Vec::new(), doubled: Vec::new() };
+    let mut oddities =
+        Oddities { file, terms, bent: Vec::new(), bend: 0.0, flat: Vec::new(), doubled: Vec::new() };
     let triangles =
         triangles(&polygons, &vertices, &material_of_name, &mut oddities).map_err(refused).ok()?;
     oddities.tell(report);
@@ -177,6 +179,8 @@ struct Oddities<'f> {
     file: &'f str,
     terms: &'f FileTerms,
     bent: Vec<usize>,
+    /// Largest distance of corners from their plane [m].
+    bend: f64,
     flat: Vec<usize>,
     /// Faces left out: their line, that of the face they double, and both materials where they differ.
     doubled: Vec<(usize, usize, Option<[&'f str; 2]>)>,
@@ -184,8 +188,9 @@ struct Oddities<'f> {
 
 impl Oddities<'_> {
     fn see(&mut self, face: &Face, triangulation: &Triangulation) {
-        if triangulation.is_bent {
+        if triangulation.bend > 0.0 {
             self.bent.push(face.line);
+            self.bend = self.bend.max(triangulation.bend);
         }
         if triangulation.triangles.is_empty() {
             self.flat.push(face.line);
@@ -193,10 +198,11 @@ impl Oddities<'_> {
     }
 
     fn tell(&self, report: &Report) {
-        let kinds = [
-            (&self.bent, "the face is not quite plane and was folded along diagonals"),
-            (&self.flat, "the face has no area and was dropped"),
-        ];
+        let bend = number(1e3 * self.bend);
+        let bent = format!(
+            "the face is not plane, its corners off by up to {bend} mm, and is folded along diagonals"
+        );
+        let kinds = [(&self.bent, &*bent), (&self.flat, "the face has no area and was dropped")];
         for (lines, what) in kinds {
             if let Some(first) = lines.first() {
                 let place = self.terms.label(self.file, *first);

@@ -127,14 +127,19 @@ fn is_permutation(a: [u32; 3], b: [u32; 3]) -> bool {
     a.iter().all(|corner| b.contains(corner))
 }
 
-/// Pairs of lines whose bounds meet, by a sweep along one axis.
+/// Pairs of lines whose bounds meet, by a sweep along the axis on which fewest do: rows of seats are long and side by side.
 fn overlapping(lines: &[[u32; 2]], places: &[DVec3], margin: f64) -> Vec<(usize, usize)> {
     let bounds: Vec<(DVec3, DVec3)> = lines.iter().map(|line| bounds(line, places, margin)).collect();
-    let mut order: Vec<usize> = (0..lines.len()).collect();
-    order.sort_by(|&a, &b| bounds[a].0.x.total_cmp(&bounds[b].0.x));
+    let order = |axis: usize| {
+        let mut order: Vec<usize> = (0..lines.len()).collect();
+        order.sort_by(|&a, &b| bounds[a].0[axis].total_cmp(&bounds[b].0[axis]));
+        let begun = |&(_, high): &(DVec3, DVec3)| order.partition_point(|&b| bounds[b].0[axis] <= high[axis]);
+        (bounds.iter().map(begun).sum::<usize>(), axis, order)
+    };
+    let (_, axis, order) = (0..3).map(order).min().expect("there are three axes");
     let mut pairs = Vec::new();
     for (at, &a) in order.iter().enumerate() {
-        for &b in order[at + 1..].iter().take_while(|&&b| bounds[b].0.x <= bounds[a].1.x) {
+        for &b in order[at + 1..].iter().take_while(|&&b| bounds[b].0[axis] <= bounds[a].1[axis]) {
             if bounds[a].0.cmple(bounds[b].1).all() && bounds[b].0.cmple(bounds[a].1).all() {
                 pairs.push((a.min(b), a.max(b)));
             }
@@ -159,12 +164,19 @@ fn sorted<'a>(corners: impl Iterator<Item = &'a u32>) -> Vec<u32> {
 /// For each line the corners in its interior, in order along it.
 fn corners_on(lines: &[[u32; 2]], corners: &[u32], places: &[DVec3], tolerance: f64) -> Vec<Vec<u32>> {
     let place = |corner: u32| places[corner as usize];
-    let mut order: Vec<u32> = corners.to_vec();
-    order.sort_by(|&a, &b| place(a).x.total_cmp(&place(b).x));
+    let orders = [0, 1, 2].map(|axis| {
+        let mut order: Vec<u32> = corners.to_vec();
+        order.sort_by(|&a, &b| place(a)[axis].total_cmp(&place(b)[axis]));
+        order
+    });
     let on = |line: &[u32; 2]| {
         let (low, high) = bounds(line, places, tolerance);
-        let first = order.partition_point(|&corner| place(corner).x < low.x);
-        let near = order[first..].iter().take_while(|&&corner| place(corner).x <= high.x);
+        let within = |axis: usize| {
+            let order = &orders[axis];
+            let first = order.partition_point(|&corner| place(corner)[axis] < low[axis]);
+            &order[first..order.partition_point(|&corner| place(corner)[axis] <= high[axis])]
+        };
+        let near = (0..3).map(within).min_by_key(|near| near.len()).expect("there are three axes").iter();
         let share = |corner: u32| share_along(line.map(place), place(corner), tolerance);
         let apart = near.copied().filter(|corner| !line.contains(corner));
         let mut on: Vec<(f64, u32)> = apart.filter_map(|corner| Some((share(corner)?, corner))).collect();

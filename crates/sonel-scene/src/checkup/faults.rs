@@ -52,7 +52,10 @@ pub(super) fn of(geometry: &Geometry, scene: &Scene) -> Vec<String> {
     if !crossings.is_empty() {
         let message =
             format!("{} of triangles cross: {}", count(crossings.len(), "pair"), listed(&crossings));
-        faults.push(format!("{message}; they are divided there, the volume may be wrong"));
+        let triangles = geometry.mesh().triangles.len();
+        faults.push(format!(
+            "{message}; they are divided there, which makes {triangles} triangles in all; the volume may be wrong"
+        ));
     }
     let slivers = slivers(geometry);
     if !slivers.is_empty() {

@@ -19,6 +19,11 @@ const VOLUMES: [f64; 2] = [5.0, 250_000.0];
 const LARGE: f64 = 60_000.0;
 /// Without names, y is up if the mesh is so much shorter along y than along both others. Chosen.
 const FLAT: f64 = 0.6;
+/// Share of the height within which corners are at an end of it [1], and how many times as many are at the lower end of a room whose furniture
+/// stands on its floor, beyond those of a box. Chosen, not measured.
+const AT_END: f64 = 0.01;
+const TIMES_AS_MANY: usize = 2;
+const OF_BOX: usize = 8;
 
 /// What was found.
 #[derive(Debug, Default)]
@@ -66,6 +71,11 @@ fn upward(polygons: &Polygons, options: &DraftOptions<'_>, axes: &mut Axes) -> D
         _ if y < FLAT * x.min(z) => {
             (true, "the shortest side (a guess: no material is called floor or ceiling)".to_owned())
         }
+        _ if is_stood_on(polygons, DVec3::Y) && !is_stood_on(polygons, DVec3::Z) => (
+            true,
+            "as most stands at its lower end (a guess: no material is called floor or ceiling)".to_owned(),
+        ),
+        _ if y < z => (false, format!("a guess: if it is {} high, state --up y", number(y))),
         _ => (false, "nothing in the file says otherwise".to_owned()),
     };
     let (axis, name) = if is_y { (DVec3::Y, "y") } else { (DVec3::Z, "z") };
@@ -79,6 +89,16 @@ fn upward(polygons: &Polygons, options: &DraftOptions<'_>, axes: &mut Axes) -> D
         ));
     }
     axis
+}
+
+/// Whether far more corners are at the lower end along an axis than at the upper one, as where furniture stands on a floor.
+fn is_stood_on(polygons: &Polygons, axis: DVec3) -> bool {
+    let heights = || polygons.vertices.iter().map(|vertex| vertex.dot(axis));
+    let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+    let margin = AT_END * (high - low);
+    let at_low = heights().filter(|height| *height <= low + margin).count();
+    let at_high = heights().filter(|height| *height >= high - margin).count();
+    at_low > TIMES_AS_MANY * at_high + OF_BOX
 }
 
 /// Faces of materials that lie: floors and ceilings.

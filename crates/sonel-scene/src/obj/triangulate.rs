@@ -14,8 +14,10 @@ use thiserror::Error;
 /// Distance of corners from their plane over the polygon's diameter [1] above which a note names it: positions written with five figures stay
 /// below.
 const BENT: f64 = 1e-4;
-/// The same ratio above which it is an error: the author has to choose the diagonal to fold. Chosen, not measured; doubled, 4 cm on a metre pass.
+/// The same ratio and the distance [m] that both have to be exceeded for an error: the author has to choose the diagonal to fold. The distance
+/// is that of a wall's faces, here of a thin one. Chosen, not measured; doubled, 4 cm on a metre and 20 cm on any face pass.
 const TOO_BENT: f64 = 0.02;
+const THIN_WALL: f64 = 0.1;
 /// Area over squared diameter [1] up to which a polygon may be a line written in single precision: some ten times 6e-8.
 const LINE: f64 = 1e-6;
 /// Width over diameter [1] above which a polygon without area is no line: written in single precision it is 1e-7 wide. Chosen, not measured;
@@ -29,8 +31,8 @@ const AREA_ROUNDING: f64 = 1e-9;
 pub(crate) struct Triangulation {
     /// Indices of the polygon's corners; none when it has no area.
     pub(crate) triangles: Vec<[usize; 3]>,
-    /// Whether the corners leave their plane noticeably.
-    pub(crate) is_bent: bool,
+    /// Distance by which the corners leave their plane noticeably [m], else 0.
+    pub(crate) bend: f64,
 }
 
 /// Why a polygon is no wall.
@@ -45,7 +47,7 @@ pub(crate) enum NoWall {
 /// Cuts a polygon of at least three corners [m].
 pub(crate) fn triangulate(corners: &[DVec3]) -> Result<Triangulation, NoWall> {
     if corners.len() == 3 {
-        return Ok(Triangulation { triangles: vec![[0, 1, 2]], is_bent: false });
+        return Ok(Triangulation { triangles: vec![[0, 1, 2]], bend: 0.0 });
     }
     let vector_area = vector_area(corners);
     // Halves of an outline that crosses itself may cancel.
@@ -53,14 +55,14 @@ pub(crate) fn triangulate(corners: &[DVec3]) -> Result<Triangulation, NoWall> {
         return Err(NoWall::Crossing);
     }
     let Some(normal) = vector_area.try_normalize() else {
-        return Ok(Triangulation { triangles: Vec::new(), is_bent: false });
+        return Ok(Triangulation { triangles: Vec::new(), bend: 0.0 });
     };
     let off_plane = corners.iter().map(|corner| (*corner - corners[0]).dot(normal));
     let (lowest, highest) =
         off_plane.fold((0.0, 0.0), |(low, high): (f64, f64), d| (low.min(d), high.max(d)));
     let diameter = diameter(corners);
     let by = highest - lowest;
-    if by > TOO_BENT * diameter {
+    if by > f64::max(TOO_BENT * diameter, THIN_WALL) {
         return Err(NoWall::Bent { by });
     }
     let (right, up) = normal.any_orthonormal_pair();
@@ -72,7 +74,7 @@ pub(crate) fn triangulate(corners: &[DVec3]) -> Result<Triangulation, NoWall> {
     if (covered - vector_area.length()).abs() > AREA_ROUNDING * diameter * diameter {
         return Err(NoWall::Crossing);
     }
-    Ok(Triangulation { triangles, is_bent: by > BENT * diameter })
+    Ok(Triangulation { triangles, bend: if by > BENT * diameter { by } else { 0.0 } })
 }
 
 /// Whether a polygon is so narrow that only rounding may give it an area.
@@ -180,7 +182,7 @@ mod tests {
             }
             let cut = triangulate(&corners).unwrap();
             assert_eq!(cut.triangles.len(), 4);
-            assert!(!cut.is_bent);
+            assert_eq!(cut.bend, 0.0);
             let area = 5.0 * 1.25f64.sqrt();
             assert!((signed_area(&corners, &cut.triangles) - area).abs() < 1e-12);
             assert!(smallest_area(&corners, &cut.triangles) > 0.0);
@@ -234,11 +236,16 @@ mod tests {
 
     #[test]
     fn bent_polygons_are_noted_then_refused() {
-        let quad =
-            |height: f64| polygon(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, height], [0.0, 1.0, 0.0]]);
-        assert!(!triangulate(&quad(1e-6)).unwrap().is_bent);
-        assert!(triangulate(&quad(1e-2)).unwrap().is_bent);
-        assert!(matches!(triangulate(&quad(0.2)), Err(NoWall::Bent { .. })));
+        let quad = |size: f64, height: f64| {
+            polygon(&[[0.0, 0.0, 0.0], [size, 0.0, 0.0], [size, size, height], [0.0, size, 0.0]])
+        };
+        let bend = |size: f64, height: f64| triangulate(&quad(size, height)).map(|cut| cut.bend);
+        assert_eq!(bend(1.0, 1e-6), Ok(0.0));
+        assert!((0.004..=0.006).contains(&bend(1.0, 1e-2).unwrap()));
+        // As stones of an arch are: a share of their size, less than a thin wall.
+        assert!((0.004..=0.006).contains(&bend(0.2, 1e-2).unwrap()));
+        assert!(matches!(bend(1.0, 0.3), Err(NoWall::Bent { .. })));
+        assert!(bend(20.0, 0.3).is_ok());
     }
 
     #[test]
