@@ -164,18 +164,20 @@ try {
       const { single, values } = rowOf(fresh.pair.parameters, "t30_s");
       return same(wanted.sources[0], fresh.pair.sourceAt) && same([single, ...values].map(([value]) => value), at);
     };
+    const calm = async () => { while (shown.isStale) await new Promise((later) => setTimeout(later, 50)); };
     const found = { acts: 0, compared: 0, untrue: 0 };
     while (found.acts < 100) {
       // A source that moves is traced anew: one act in ten.
       acts[random() < 0.1 ? 2 : [0, 1, 3][Math.floor(3 * random())]]();
       found.acts++;
       await new Promise((later) => setTimeout(later, 400 * random()));
+      if (found.acts % 5 === 0) await calm();
       const verdict = await isTrue();
       if (verdict !== null) found.compared += Number(!byId("side").classList.contains("stale"));
       if (verdict === false) found.untrue++;
     }
     // A page that forgets to be grey is noticed.
-    while (shown.isStale) await new Promise((later) => setTimeout(later, 100));
+    await calm();
     moveListener(home.map((value) => value + 0.05));
     byId("side").classList.remove("stale");
     found.isNoticed = await isTrue() === false;

@@ -44,13 +44,13 @@ function drawChart(place, panel, { width = 460, height = 270, hasKeys = true, on
     if (bars.length) marks.push(isLine ? Plot.areaY(bars, { ...ranged, fill: color, fillOpacity: 0.2 }) : Plot.ruleX(bars, { ...ranged, stroke: color }));
     if (mark === "Stems") marks.push(Plot.ruleX(points, { x: "0", y1: domain[0], y2: "1", stroke: color }));
     if (isLine || mark === "PointsAndLine") marks.push(Plot.lineY(series[index].points.map((point) => point[1] === null ? [point[0], NaN] : point), { x: "0", y: "1", stroke: color, clip: true, strokeDasharray: mark === "Dashed" ? "6 4" : undefined }));
-    if (!isLine) marks.push(Plot.dot(points, { x: "0", y: "1", r: 3, fill: color, ariaLabel: name }));
+    if (!isLine) marks.push(Plot.dot(points, { x: "0", y: "1", r: 3, fill: color, ariaLabel: (d) => `${name}: ${d[0]}` }));
   });
   const named = series.flatMap(({ name }, index) => shown[index].map((point) => ({ x: point[0], y: point[1], name, half: point[3] - point[1] })));
   const said = ({ x: at, y: value, name, half }) => `${count > 1 ? `${name}\n` : ""}${x.scale === "Category" ? at : +at.toPrecision(4)}: ${value.toFixed(2)}${half > 0 ? ` ± ${half.toFixed(2)}` : ""}`;
   if (named.length) marks.push(Plot.tip(named, Plot.pointer({ x: "x", y: "y", title: said, maxRadius: 25, fill: "var(--paper)" })));
   const ends_x = x.range ?? (x.scale === "Linear" && named.length ? [0, Math.max(...named.map((point) => point.x))] : undefined);
-  const across = x.scale === "Category" ? { type: "point", label: null, tickRotate: count && shown[0].length > 6 ? -40 : 0 }
+  const across = x.scale === "Category" ? { type: "point", domain: [...new Set(named.map((point) => point.x))], label: null, tickRotate: count && shown[0].length > 6 ? -40 : 0 }
     : { type: x.scale === "Logarithmic" ? "log" : "linear", base: 2, domain: ends_x, ticks: x.ticks ?? undefined, tickFormat: x.scale === "Logarithmic" ? frequency : undefined, label: x.label };
   const drawing = Plot.plot({ width, height, marginLeft: 52, marginBottom: x.scale === "Category" && shown[0]?.length > 6 ? 70 : 38, marks,
     x: { ...across, labelAnchor: "center", labelArrow: "none" }, y: { domain, label: y.label, labelArrow: "none", grid: true, ticks: 6 } });

@@ -40,7 +40,7 @@ function showReport(page) {
     details.append(whole);
   };
   fold("Over frequency", () => overFrequency(page));
-  fold("Over frequency, in numbers", () => page.pairs.filter((pair) => pair.parameters[0].values.length).map((pair) => overBands(page, pair)));
+  fold("Over frequency, in numbers", () => page.pairs.filter((pair) => pair.parameters[0].values.length).flatMap((pair) => overBands(page, pair)));
   fold("Over receivers", () => overReceivers(page));
   if (page.designs.some(({ times }) => times.length)) fold("Statistical reverberation times", () => statisticalTimes(page));
   if (page.designs.some(({ uncertainties }) => uncertainties)) fold("Uncertainty of the materials", () => uncertainMaterials(page));

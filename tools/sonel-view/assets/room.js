@@ -1,8 +1,10 @@
 // The room: walls by material, sources, receivers, the listener, early reflections, maps.
 "use strict";
-// Of materials and of orders of reflection.
+// Of materials.
 const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c564b", "#7f7f7f", "#bcbd22", "#6a3d9a"];
 const colorOf = (index) => COLORS[index % COLORS.length];
+// Of orders of reflection, as in the chart of early reflections.
+const wayColor = (order) => order ? PALETTE[Math.min(order, PALETTE.length - 1)] : "#666";
 const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
 
 // Ends of the pieces of contour lines between four neighbours each, whose values are taken as linear along the sides.
@@ -227,7 +229,7 @@ class RoomView {
     clear(this.ways);
     for (const way of ways.filter((way) => way.order <= most)) {
       const geometry = new THREE.BufferGeometry().setFromPoints(way.corners.map((corner) => this.local(corner)));
-      const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: colorOf(way.order) }));
+      const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: wayColor(way.order) }));
       line.userData.way = way;
       this.ways.add(line);
     }
@@ -238,7 +240,7 @@ class RoomView {
   pick(delay) {
     for (const line of this.ways.children) {
       const near = delay !== null && Math.abs(line.userData.way.delay - delay) < 1e-3;
-      line.material.color.set(near ? "#e6a100" : colorOf(line.userData.way.order));
+      line.material.color.set(near ? "#e6a100" : wayColor(line.userData.way.order));
       line.renderOrder = near ? 1 : 0;
     }
     this.draw();
@@ -356,7 +358,9 @@ class RoomView {
     const [square] = ray.intersectObjects(this.map.children);
     const [spot] = ray.intersectObjects(this.points.children);
     const [wall] = ray.intersectObjects(this.bodies.filter(({ body, faces }) => body.visible && faces.visible).map(({ faces }) => faces));
-    if (this.onHover) this.onHover(line ? line.object.userData.way : null);
+    const way = line ? line.object.userData.way : null;
+    if (way !== this.pointed) this.onHover?.(way);
+    this.pointed = way;
     if (spot?.object.userData.name) tip.textContent = `${spot.object.userData.name} at ${this.world(spot.object.position).map((v) => v.toFixed(2)).join(", ")} m`;
     else if (line) {
       const { class: name, delay, strength } = line.object.userData.way;
