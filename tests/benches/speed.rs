@@ -29,7 +29,7 @@ use sonel_acoustics::Coefficient;
 use sonel_analysis::Parameter;
 use sonel_geometry::{Departure, Geometry};
 use sonel_map::{MapWriter, Settings, SonelMap};
-use sonel_renderer::{ReceiverPoint, RenderSettings};
+use sonel_renderer::{EdgeWork, ReceiverPoint, RenderSettings};
 use sonel_scene::Scene;
 use sonel_tests::{Traced, shipped};
 
@@ -109,7 +109,8 @@ fn measure_edges_alone(name: &str, count: usize, allowed: f64) {
     };
     let ((with, rendering), (without, _)) = (render(&["diffraction"]), render(&[]));
     let most = rendering.edge_work.iter().map(|work| work.computed).max().unwrap_or(0);
-    let dropped = rendering.edge_work.iter().map(|work| work.dropped).fold(0.0, f64::max);
+    let left_out = |work: &EdgeWork| work.left_out.iter().map(|[_, more]| *more).fold(0.0, f64::max);
+    let dropped = rendering.edge_work.iter().map(left_out).fold(0.0, f64::max);
     println!(
         "edges, {name}, {count} receivers: {:.2} CPU-s ({allowed} allowed for the fewest), up to {most} contributions, the others expected \
          to change {:.2} dB",

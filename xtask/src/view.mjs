@@ -19,7 +19,7 @@ try {
   page.on("pageerror", (error) => failures.push(error.message));
   page.on("console", (message) => { if (message.type() === "error") failures.push(message.text()); });
   const check = (holds, what) => { if (!holds) throw new Error(what); };
-  const settled = () => page.waitForFunction(() => shown.pair && shown.pair.batches === null, null, PATIENCE);
+  const settled = () => page.waitForFunction(() => shown.of?.answer.batches === null && !shown.isStale, null, PATIENCE);
   const values = (key) => page.$eval(`tr[data-key=${key}]`, (row) => [...row.querySelectorAll("td")].map((place) => Number(place.dataset.value)));
   const latency = async (name, act) => {
     await page.evaluate(() => {
@@ -35,21 +35,21 @@ try {
 
   await page.goto(address);
   await settled();
-  check((await page.locator(".chart .plot-container").count()) >= 3, "charts are drawn");
+  check((await page.locator("#curves .chart svg").count()) >= 3, "charts are drawn");
   const ways = await page.evaluate(() => view.ways.children.length);
   check(ways >= 1, "early reflections are drawn");
 
   // The listener: by the keys, by the mouse, by numbers.
-  const before = await page.evaluate(() => shown.listener);
+  const before = await page.evaluate(() => wanted.listener);
   await latency("key", async () => { await page.focus("#room"); await page.keyboard.press("ArrowUp"); });
-  check(JSON.stringify(await page.evaluate(() => shown.listener)) !== JSON.stringify(before), "an arrow key moves the listener");
+  check(JSON.stringify(await page.evaluate(() => wanted.listener)) !== JSON.stringify(before), "an arrow key moves the listener");
   const onScreen = (which) => page.evaluate((which) => {
     const body = which === "listener" ? view.listener : view.sources[0];
     const at = body.position.clone().project(view.camera), frame = view.canvas.getBoundingClientRect();
     return [frame.left + (at.x + 1) / 2 * frame.width, frame.top + (1 - at.y) / 2 * frame.height];
   }, which);
   const spot = await onScreen("listener");
-  const height = () => page.evaluate(() => shown.listener.reduce((sum, value, axis) => sum + value * shown.room.up[axis], 0));
+  const height = () => page.evaluate(() => wanted.listener.reduce((sum, value, axis) => sum + value * shown.room.up[axis], 0));
   const before_drag = await height();
   await page.mouse.move(...spot);
   await page.mouse.down();
@@ -87,12 +87,12 @@ try {
     input.focus();
     input.value = "1.5";
     input.dispatchEvent(new Event("change"));
-    return [Number(byId("x").value) === shown.listener[0], Object.keys(shown.changes).length, document.activeElement === input];
+    return [Number(byId("x").value) === wanted.listener[0], Object.keys(wanted.changes).length, document.activeElement === input];
   });
   check(JSON.stringify(kept) === "[true,0,true]", "fields refuse what is no number");
 
   // A material, compared with what was before.
-  await page.evaluate(() => { document.querySelector("details").open = true; });
+  await page.evaluate(() => { document.querySelector("#side details").open = true; });
   await page.click("#keep");
   await latency("material", () => page.evaluate(() => {
     const material = shown.room.materials[0];
@@ -146,6 +146,47 @@ try {
   check(Math.hypot(...moved.map((value, axis) => value - at[axis])) > 0.01, "the mouse moves the source");
   await settled();
 
+  // Whatever is done in whatever haste: numbers that are not grey are those of a fresh request of the state that the page shows.
+  const acted = await page.evaluate(async () => {
+    let seed = 1;
+    const random = () => { seed = (seed * 1664525 + 1013904223) % 4294967296; return seed / 4294967296; };
+    const times = () => [...document.querySelectorAll("tr[data-key=t30_s] td")].map((place) => Number(place.dataset.value));
+    const near = (at) => at.map((value) => value + 0.2 * (random() - 0.5));
+    const [home, sources] = [wanted.listener, wanted.sources], { absorption } = shown.room.materials[0];
+    const acts = [() => moveListener(near(home)), () => changeMaterial(shown.room.materials[0], absorption.map((value) => Math.min(1, value + 0.05 * random()))),
+      () => dropSource(0, near(sources[0])), () => byId("original").click()];
+    // Whether what is shown is grey or true; null where the state changed meanwhile.
+    const isTrue = async () => {
+      if (byId("side").classList.contains("stale")) return true;
+      const [state, map, at, batches] = [wish(), shown.maps, times(), shown.of.answer.batches];
+      const fresh = await server.ask("render", { ...state, window: "fresh", batches });
+      if (fresh.map !== map || !same(state, wish())) return null;
+      const { single, values } = rowOf(fresh.pair.parameters, "t30_s");
+      return same(wanted.sources[0], fresh.pair.sourceAt) && same([single, ...values].map(([value]) => value), at);
+    };
+    const calm = async () => { while (shown.isStale) await new Promise((later) => setTimeout(later, 50)); };
+    const found = { acts: 0, compared: 0, untrue: 0 };
+    while (found.acts < 100) {
+      // A source that moves is traced anew: one act in ten.
+      acts[random() < 0.1 ? 2 : [0, 1, 3][Math.floor(3 * random())]]();
+      found.acts++;
+      await new Promise((later) => setTimeout(later, 400 * random()));
+      if (found.acts % 5 === 0) await calm();
+      const verdict = await isTrue();
+      if (verdict !== null) found.compared += Number(!byId("side").classList.contains("stale"));
+      if (verdict === false) found.untrue++;
+    }
+    // A page that forgets to be grey is noticed.
+    await calm();
+    moveListener(home.map((value) => value + 0.05));
+    byId("side").classList.remove("stale");
+    found.isNoticed = await isTrue() === false;
+    return found;
+  });
+  check(acted.untrue === 0 && acted.compared >= 10, `numbers of another state are shown: ${JSON.stringify(acted)}`);
+  check(acted.isNoticed, "an untrue number goes unnoticed");
+  measured.acts = acted;
+
   // Narrow, and on paper.
   await page.setViewportSize({ width: 400, height: 800 });
   await page.waitForTimeout(300);
@@ -155,6 +196,10 @@ try {
   await page.goto(`file://${report}`);
   await page.waitForTimeout(1000);
   check(await page.evaluate(() => document.documentElement.scrollWidth <= 400), "nothing of a report is wider than a narrow screen");
+  await page.setViewportSize({ width: 1400, height: 1000 });
+  const paper = await page.pdf({ path: `${folder}/report.pdf`, preferCSSPageSize: true, printBackground: true });
+  const pages = paper.toString("latin1").match(/\/Type \/Page\b/g).length;
+  check(pages <= 4, `a report of two designs at three seats has ${pages} pages of A4`);
   check(!failures.length, `scripts fail: ${failures.join("; ")}`);
   console.log(JSON.stringify(measured));
 } finally {

@@ -10,7 +10,7 @@
 //! - `support`: stage support at receivers one metre from a source;
 //! - [`open_plan`]: parameters of open-plan offices;
 //! - [`modal`]: bands below the Schroeder frequency;
-//! - [`average`]: single numbers and means over receivers; [`seats`]: their standard deviations;
+//! - [`average`] and [`single`]: single numbers and means over receivers; [`seats`]: their standard deviations;
 //! - [`echo`]: the echo criterion of Dietsch and Kraak;
 //! - [`jackknife`] and [`student`]: their intervals over batches; [`outlier`]: when intervals are unreliable;
 //! - [`materials`]: their uncertainty by that of the absorption of materials;
@@ -51,6 +51,7 @@ pub mod regression;
 pub mod report;
 pub mod seats;
 pub mod sensitivity;
+pub mod single;
 mod skewness;
 pub mod sonels;
 pub mod speech;

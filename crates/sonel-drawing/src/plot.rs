@@ -17,6 +17,9 @@ mod response;
 #[cfg(test)]
 mod tests;
 
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
+
 pub use axis::{Axis, Scale};
 pub use drawing::{PlotError, png, svg};
 pub use early::{Arrival, arrivals, class_name, early, shown_ms};
@@ -50,7 +53,7 @@ impl Point {
 }
 
 /// How a series is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Mark {
     /// A line; intervals are a band.
     Line,
@@ -91,8 +94,30 @@ impl Series {
     }
 }
 
+/// In JSON columns: `name`, `mark`, `x`, `y`, and the ends `low` and `high` of the intervals; what there is not, or is not finite, is null. Values have the
+/// digits that a screen shows.
+impl Serialize for Series {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let rounded = |value: f64, steps: f64| (steps * value).round() / steps;
+        let shown = |value: f64| rounded(value, if value.abs() < 10.0 { 1e3 } else { 10.0 });
+        let column = |of: &dyn Fn(&Point) -> f64| -> Vec<f64> {
+            self.points.iter().map(|point| shown(of(point))).collect()
+        };
+        let end = |index: usize| column(&|point| point.interval.map_or(f64::NAN, |interval| interval[index]));
+        let mut columns = serializer.serialize_struct("Series", 6)?;
+        columns.serialize_field("name", &self.name)?;
+        columns.serialize_field("mark", &self.mark)?;
+        let x: Vec<f64> = self.points.iter().map(|point| rounded(point.x, 1e4)).collect();
+        columns.serialize_field("x", &x)?;
+        columns.serialize_field("y", &column(&|point| point.y))?;
+        columns.serialize_field("low", &end(0))?;
+        columns.serialize_field("high", &end(1))?;
+        columns.end()
+    }
+}
+
 /// A pair of axes and what is drawn between them.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Panel {
     /// Above it.
     pub title: String,

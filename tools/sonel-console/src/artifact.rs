@@ -50,19 +50,21 @@ pub fn kind(path: &Path) -> anyhow::Result<Option<Artifact>> {
     })
 }
 
-/// Checks that the first of the named `responses` was rendered from a map of `scene`, and warns of others that were not.
+/// Checks that the first of the named `responses` was rendered from a map of one of the `scenes`, and warns of others that were not.
 ///
 /// # Errors
 /// When the first was not, or the warning cannot be given.
 pub fn check_scene<'a>(
     responses: impl IntoIterator<Item = (&'a str, &'a Echograms)>,
-    scene: &CompiledScene,
+    scenes: &[&CompiledScene],
     warn: &mut dyn FnMut(&str) -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
-    let digests = [&scene.digest, &scene.mesh_digest].map(|digest| Some(hexadecimal(digest)));
     let is_of_scene = |response: &Echograms| {
         let Provenance { scene_digest, mesh_digest, .. } = &response.provenance;
-        [scene_digest, mesh_digest] == digests.each_ref()
+        scenes.iter().any(|scene| {
+            let digests = [&scene.digest, &scene.mesh_digest].map(|digest| Some(hexadecimal(digest)));
+            [scene_digest, mesh_digest] == digests.each_ref()
+        })
     };
     for (number, (name, response)) in responses.into_iter().enumerate() {
         match number {

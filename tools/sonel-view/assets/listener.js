@@ -1,4 +1,4 @@
-// What the server is asked for: one thing at a time, answers sharpen step by step.
+// What the server is asked for: one thing at a time, answers sharpen step by step, and each says which state it is of.
 "use strict";
 class Server {
   constructor(token) {
@@ -16,7 +16,7 @@ class Server {
 }
 
 // One kind of work in steps, one request at a time. A first step is always answered, so that whoever drags sees numbers on the way; later
-// steps give way to a newer wish.
+// steps give way to a newer wish. `show` takes an answer, the wish that it is of, and which step it was.
 class Steps {
   constructor(path, show) {
     Object.assign(this, { path, show, waiting: null, isAtWork: false });
@@ -54,7 +54,7 @@ class Steps {
       this.later = new AbortController();
       const next = step + 1 < steps.length && !this.waiting ? ask(step + 1, this.later.signal) : null;
       next?.catch(() => {});
-      this.show(answer, { isFirst: step === 0, isLast: step + 1 === steps.length, isNewest: !this.waiting });
+      this.show(answer, value, { isFirst: step === 0, isLast: step + 1 === steps.length });
       if (!next) return;
       answer = await next;
     }
@@ -62,30 +62,36 @@ class Steps {
 }
 
 // Rows of parameters over the bands; with those of A, differences in JND, bold where they are beyond chance.
-function showParameters(pair, kept) {
-  const table = byId("parameters");
-  table.replaceChildren(heading(["", "mid", ...pair.bands.map(hertz)]));
+function showParameters(pair, kept, isPart) {
+  const whole = byId("parameters"), head = make("thead"), line = make("tr");
+  line.append(...["", "mid", ...pair.bands.map(frequency)].map((text) => make("th", text)));
+  head.append(line);
+  whole.replaceChildren(head);
+  const small = (entry, unit) => {
+    const place = cell(entry, unit), [value, half] = place.textContent.split(" ± ");
+    place.replaceChildren(value, ...half ? [make("small", `±${half}`)] : []);
+    return place;
+  };
   for (const row of pair.parameters) {
-    const line = make("tr");
+    const line = make("tr"), name = make("th", label(row));
     line.dataset.key = row.key;
-    const name = make("th", row.unit ? `${row.symbol} [${row.unit}]` : row.symbol);
     name.scope = "row";
-    line.append(name, cell(row.single), ...row.values.map((entry) => cell(entry)));
-    table.append(line);
-    const before = kept?.parameters.find((other) => other.key === row.key);
-    if (before) table.append(difference(row, before));
+    line.append(name, small(row.single, row.unit), ...row.values.map((entry) => small(entry, row.unit)));
+    line.onclick = () => { shown.over = row.key; showOver(pair); };
+    whole.append(line);
+    const before = kept && rowOf(kept.parameters, row.key);
+    if (before) whole.append(difference(row, before));
   }
-  const counted = typeof pair.batches === "number" ? " From part of the packets: sharpening …" : "";
   byId("about").textContent = `${pair.source} → ${pair.receiver}. mid: mean of 500 and 1000 Hz. ± is half of the 95 % interval of the simulation: `
-    + `the value of an endless simulation lies within. It says nothing of how well materials are known.${counted}`;
+    + `the value of an endless simulation lies within. It says nothing of how well materials are known. A click on a parameter draws it over frequency.${isPart ? " From part of the packets: sharpening …" : ""}`;
 }
 
 function difference(row, before) {
   const line = make("tr");
-  line.append(make("td", "  − A [JND]"));
+  line.append(make("td", "− A [JND]"));
   const pairs = [[row.single, before.single], ...row.values.map((entry, band) => [entry, before.values[band]])];
   for (const [now, then] of pairs) {
-    if (!Array.isArray(now) || !Array.isArray(then)) { line.append(make("td", "–")); continue; }
+    if (!isKnown(now) || !isKnown(then)) { line.append(make("td", "–")); continue; }
     const step = (now[0] - then[0]) / row.noticeable, half = Math.hypot(Number(now[1]) || 0, Number(then[1]) || 0) / row.noticeable;
     const shown = make("td", `${step > 0 ? "+" : ""}${step.toFixed(1)}`, Math.abs(step) > half ? "beyond" : "note");
     shown.title = `± ${half.toFixed(1)} JND${Math.abs(step) > half ? "" : ": within chance"}`;
@@ -94,17 +100,21 @@ function difference(row, before) {
   return line;
 }
 
-// Charts as they were drawn last: other colours draw them again.
-const drawn = new Map();
-function draw(id, chart) {
-  drawn.set(id, chart);
-  return drawChart(id, chart);
+function showCurves(pair) {
+  const { decay, echogram, early } = pair.curves ?? {};
+  byId("curves").hidden = !decay;
+  if (!decay) return;
+  drawChart(byId("decay"), decay);
+  drawChart(byId("echogram"), echogram);
+  if (early) drawChart(byId("early"), early, { onPick: (delay) => view.pick(delay) });
+  else byId("early").replaceChildren(make("p", "Early reflections: none are listed.", "note"));
+  showOver(pair);
 }
 
-function showCurves(pair) {
-  for (const [name, title] of [["decay", "Decay curves"], ["echogram", "Echogram"], ["early", "Early reflections"]]) {
-    byId(name).setAttribute("role", "img");
-    byId(name).setAttribute("aria-label", `${title}: ${pair.source} to ${pair.receiver}`);
-    draw(name, pair[name]);
-  }
+// The chosen parameter over frequency.
+function showOver(pair) {
+  const row = rowOf(pair.parameters, shown.over ?? "t30_s");
+  if (!row?.values.length) return;
+  const series = [{ name: row.symbol, mark: "PointsAndLine", points: pointsOf(pair.bands, row.values) }];
+  drawChart(byId("over"), { title: `${row.symbol} over frequency`, x: { label: "band [Hz]", scale: "Logarithmic", ticks: thirds(pair.bands) }, y: { label: label(row) }, series });
 }

@@ -1,75 +1,66 @@
-// The page: joins room, tables, charts, and what the server answers.
+// The page: joins room, report, and what the server answers.
 "use strict";
-const shown = { pair: null, kept: null, changes: {}, listener: null, source: 0, maps: 0, steps: [], map: null };
+// What is shown, and of the map that the server has.
+const shown = { page: null, room: null, pair: null, kept: null, maps: 0, steps: [], map: null, over: null };
+// What the reader wants: one state. An answer is valid as long as it is of this state and of the newest map.
+const wanted = { listener: null, source: 0, changes: {}, sources: [] };
 let view, server, hearing;
 
 async function start() {
-  if (!window.DecompressionStream) return document.body.prepend(make("p", "Room and charts need a browser of 2023 or later; tables are below.", "bad"));
   document.head.append(make("script", await unpacked("libraries")));
-  const { room, pairs, charts, live } = JSON.parse(await unpacked("content"));
-  charts.forEach((chart, index) => draw(`chart${index}`, chart));
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => drawn.forEach((chart, id) => drawChart(id, chart)));
-  shown.room = room;
-  if (live) {
+  const page = JSON.parse(await unpacked("content"));
+  Object.assign(shown, { page, room: page.rooms[0] });
+  if (page.live) {
     document.body.classList.add("served");
-    server = new Server(live.token);
+    server = new Server(page.live.token);
+    byId("results").before(byId("view"), byId("curves"), byId("materialsSection"), byId("faultsSection"));
   }
-  view = new RoomView(room, live && moveListener, dropSource);
-  view.onHover = (way) => highlight(way?.delay ?? null);
+  showReport(page);
+  byId("detailsSection").hidden = !byId("details").children.length;
+  view = new RoomView(shown.room, server && moveListener, dropSource);
+  // The dot of the reflection that is pointed at.
+  view.onHover = (way) => byId("early").querySelectorAll("circle").forEach((dot) => dot.setAttribute("r", way && dot.ariaLabel.endsWith(`: ${way.delay}`) ? 7 : 3));
   byId("whole").onclick = () => view.whole();
   byId("above").onclick = () => view.above();
   byId("wire").onchange = (event) => view.setWire(event.target.checked);
   byId("cut").oninput = (event) => view.setCut(Number(event.target.value));
   byId("ways").onchange = showWays;
-  byId("coefficient").onchange = showMaterials;
-  showMaterials();
-  showFaults();
   const choose = byId("pair");
-  pairs.forEach((pair) => choose.append(make("option", pair.name)));
+  page.pairs.forEach((pair) => choose.append(make("option", pairName(page, pair))));
   const chosen = () => {
-    const pair = pairs[choose.selectedIndex];
+    const pair = page.pairs[choose.selectedIndex], room = page.rooms[page.designs[pair.design].room];
+    if (room !== view.room) view.load(room);
     show(pair);
     view.moveListener(pair.at);
   };
   choose.onchange = chosen;
-  byId("choose").hidden = pairs.length < 2;
-  if (pairs.length) chosen();
-  else byId("curves").hidden = !live;
-  if (live) serve();
+  byId("choose").hidden = page.pairs.length < 2;
+  if (page.pairs.length) chosen();
+  byId("curves").hidden = !page.pairs.length;
+  const picture = () => { if (byId("picture")) byId("picture").src = view.picture(); };
+  picture();
+  addEventListener("beforeprint", picture);
+  if (server) serve();
 }
 
 // A source at a receiver: from the file, or as the server answers. Charts may wait for the last step.
-function show(pair, hasCharts = true) {
+function show(pair, hasCharts = true, isPart = false) {
   shown.pair = pair;
-  showParameters(pair, shown.kept);
+  showParameters(pair, shown.kept, isPart);
   if (!hasCharts) return;
   showCurves(pair);
   showWays();
-  if (!shown.isLinked) {
-    byId("early").on("plotly_hover", (event) => view.pick(event.points[0].x));
-    byId("early").on("plotly_unhover", () => view.pick(null));
-    shown.isLinked = true;
-  }
 }
 
 function showWays() {
-  const choice = byId("ways").value, most = { none: -1, all: Infinity }[choice] ?? Number(choice);
-  const whole = ({ at, sourceAt, ways }) => ways.map((way) => ({ ...way, corners: [at, ...way.corners, sourceAt] }));
-  view.showWays(shown.pair ? whole(shown.pair) : [], most);
+  const choice = byId("ways").value, most = { none: -1, all: Infinity }[choice] ?? Number(choice), { pair } = shown;
+  const whole = pair?.curves?.ways.map((way) => ({ ...way, corners: [pair.at, ...way.corners, pair.sourceAt] }));
+  view.showWays(whole ?? [], most);
 }
 
-// The point of a delay in the chart of early reflections.
-function highlight(delay) {
-  const chart = byId("early");
-  if (delay === shown.delay || !chart.data) return;
-  shown.delay = delay;
-  view.pick(delay);
-  const curve = delay === null ? -1 : chart.data.findIndex((trace) => trace.x?.some((x) => Math.abs(x - delay) < 1e-3));
-  if (curve < 0) return Plotly.Fx.unhover?.(chart);
-  Plotly.Fx.hover(chart, [{ curveNumber: curve, pointNumber: chart.data[curve].x.findIndex((x) => Math.abs(x - delay) < 1e-3) }]);
-}
+// From here on a server answers.
 
-const isChanged = () => Object.keys(shown.changes).length > 0;
+const isChanged = () => Object.keys(wanted.changes).length > 0;
 const isSame = (values, others) => values.every((value, band) => Math.abs(value - others[band]) < 1e-9);
 
 // What a field holds; where that is no number from `low` to `high`, the field returns to what it showed.
@@ -81,64 +72,39 @@ function entered(input, before, low = -Infinity, high = Infinity) {
   return null;
 }
 
-// Materials with what they absorb: sliders where a server answers, and a block for other materials that responses were rendered with.
+// Materials with fields for what they absorb.
 function showMaterials() {
-  const { room } = shown, table = byId("materials");
-  if (!room.materials.length) return byId("materialsSection").remove();
-  const texts = ["material", "area [m²]", "share of absorption", ...room.bands.map(hertz), "scattering", "law", "source"];
-  const focused = document.activeElement?.ariaLabel;
-  table.replaceChildren(heading(texts));
-  const current = room.materials.map((material) => {
-    const changed = (key) => shown.changes[`materials.${material.name}.${key}`];
-    const keys = ["absorption", "scattering", "transmission"];
-    return { ...Object.fromEntries(keys.map((key) => [key, changed(key) ?? material[key]])), isChanged: keys.some(changed) };
-  });
-  const rendered = room.rendered ?? [], isOther = ({ materials }) => materials.some(({ isChanged }) => isChanged);
-  if (server || !rendered.length) table.append(materialRows(current, server));
-  for (const block of server ? rendered.filter(isOther) : rendered) {
-    if (rendered.length > 1 || isOther(block)) {
-      const name = Object.assign(make("th", block.name), { colSpan: texts.length }), line = make("tr");
-      line.append(name);
-      table.append(line);
-    }
-    table.append(materialRows(block.materials));
-  }
-  [...table.querySelectorAll("input")].find(({ ariaLabel }) => ariaLabel === focused)?.focus();
-  byId("original").hidden = !isChanged();
-}
-
-function materialRows(coefficients, isEdited) {
-  const { room } = shown, key = byId("coefficient").value, rows = document.createDocumentFragment();
+  const { room } = shown, key = byId("coefficient").value, whole = byId("materials"), focused = document.activeElement?.ariaLabel;
   const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
-  const absorbing = room.materials.map(({ area }, index) => area * mean(coefficients[index].absorption));
+  const own = (material, key) => wanted.changes[`materials.${material.name}.${key}`] ?? material[key];
+  const absorbing = room.materials.map((material) => material.area * mean(own(material, "absorption")));
   const total = absorbing.reduce((sum, area) => sum + area, 0) || 1;
-  room.materials.forEach((material, index) => {
-    const own = coefficients[index], values = own[key];
-    const line = make("tr", undefined, own.isChanged ? "beyond" : ""), name = make("td"), swatch = make("span", "", "swatch");
+  const rows = room.materials.map((material, index) => {
+    const name = make("td"), swatch = make("span", "", "swatch"), values = own(material, key);
     swatch.style.background = colorOf(index);
     name.append(swatch, material.name);
-    line.append(name, make("td", material.area.toFixed(1)), make("td", `${(100 * absorbing[index] / total).toFixed(0)} %`));
-    values.forEach((value, band) => {
-      const place = make("td");
-      if (isEdited) {
-        const written = Number(value.toFixed(4));
-        const input = Object.assign(make("input"), { type: "number", min: 0, max: 1, step: 0.01, value: written });
-        input.setAttribute("aria-label", `${key} of ${material.name} at ${hertz(room.bands[band])}`);
-        input.onchange = () => {
-          const changed = entered(input, written, 0, 1);
-          if (changed === null) return;
-          // Rows are made anew when the next input has the focus.
-          setTimeout(() => changeMaterial(material, values.map((old, at) => at === band ? changed : old), key));
-        };
-        place.append(input);
-      } else place.textContent = value.toFixed(2);
-      line.append(place);
+    const isChanged = ["absorption", "scattering", "transmission"].some((key) => wanted.changes[`materials.${material.name}.${key}`]);
+    if (isChanged) name.classList.add("beyond");
+    const fields = values.map((value, band) => {
+      const place = make("td"), written = Number(value.toFixed(4));
+      const input = Object.assign(make("input"), { type: "number", min: 0, max: 1, step: 0.01, value: written });
+      input.setAttribute("aria-label", `${key} of ${material.name} at ${hertz(room.bands[band])}`);
+      input.onchange = () => {
+        const changed = entered(input, written, 0, 1);
+        if (changed === null) return;
+        // Rows are made anew when the next input has the focus.
+        setTimeout(() => changeMaterial(material, values.map((old, at) => at === band ? changed : old), key));
+      };
+      place.append(input);
+      return place;
     });
-    const source = own.isChanged ? "not that of the map" : material.source ?? "";
-    line.append(make("td", mean(own.scattering).toFixed(2)), make("td", material.law), make("td", source));
-    rows.append(line);
+    return [name, material.area.toFixed(1), `${(100 * absorbing[index] / total).toFixed(0)} %`, ...fields,
+      mean(own(material, "scattering")).toFixed(2), material.law, isChanged ? "not that of the map" : material.source ?? ""];
   });
-  return rows;
+  const head = ["material", "area [m²]", "share of absorption", ...room.bands.map(hertz), "scattering (mean)", "law", "source"];
+  whole.replaceChildren(...table(head, rows).firstChild.children);
+  [...whole.querySelectorAll("input")].find(({ ariaLabel }) => ariaLabel === focused)?.focus();
+  byId("original").hidden = !isChanged();
 }
 
 function showFaults() {
@@ -155,13 +121,17 @@ function showFaults() {
   }
 }
 
-// From here on a server answers.
+const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);
+const placesOf = (room) => room.sources.map(({ at }) => at);
+const wish = () => ({ listener: wanted.listener, source: wanted.source, changes: { ...wanted.changes } });
+// Whether an answer of a map to a wish is of the state that is wanted.
+const isWanted = (answer, of) => answer.map === shown.maps && same(of, wish()) && same(wanted.sources, placesOf(shown.room));
 
-const rendering = new Steps("render", (answer, { isFirst, isLast, isNewest }) => {
-  show(answer, isFirst || isLast);
-  if (!isNewest) return;
-  isStale(false);
-  if (isFirst) say(answer.warnings.join(" "));
+const rendering = new Steps("render", (answer, of, { isFirst, isLast }) => {
+  show(answer.pair, isFirst || isLast, answer.batches !== null);
+  shown.of = { answer, wish: of };
+  check();
+  if (isFirst && !shown.isStale) say(answer.warnings.join(" "));
   if (isLast && hearing?.source) refreshSound();
 });
 rendering.failed = (error) => {
@@ -169,19 +139,29 @@ rendering.failed = (error) => {
   byId("retrace").hidden = !(isChanged() && shown.canTrace);
 };
 
-// Whether numbers and charts are those of another place or of other materials than what the page shows.
-function isStale(is) {
-  byId("side").classList.toggle("stale", is);
-  byId("curves").classList.toggle("stale", is);
+// Numbers and charts of another state than the wanted one are grey, and nothing can be kept or saved of them.
+function check() {
+  const is = !shown.of || !isWanted(shown.of.answer, shown.of.wish);
+  shown.isStale = is;
+  for (const id of ["side", "curves"]) byId(id).classList.toggle("stale", is);
   byId("parameters").setAttribute("aria-busy", String(is));
+  byId("keep").disabled = byId("save").disabled = is;
+}
+
+// What follows every change of the state: its address says it, and what was written of another one goes.
+function changed(isMoved = false) {
+  history.replaceState(null, "", `#${encodeURIComponent(JSON.stringify(wish()))}`);
+  byId("saved").replaceChildren();
+  byId("retrace").hidden = true;
+  if (!isMoved) removeMap();
+  render();
 }
 
 // Numbers of batches; the last, all, is that of the commands that are shown.
 const steps = () => [...shown.steps.slice(0, -1), null];
-const wish = () => ({ listener: shown.listener, source: shown.source, changes: shown.changes });
 function render() {
+  check();
   if (!shown.steps.length) return;
-  isStale(true);
   say("");
   rendering.wish(wish(), steps());
 }
@@ -190,53 +170,68 @@ function say(text, isBad = false) {
   byId("job").replaceChildren(make("span", text, isBad ? "bad" : ""));
 }
 
-// Millimetres: so exact are the commands that are saved.
+// So exact are the commands that are saved.
+const millimetres = (at) => at.map((value) => Math.round(1000 * value) / 1000);
 function moveListener(at) {
-  shown.listener = at.map((value) => Math.round(1000 * value) / 1000);
-  ["x", "y", "z"].forEach((axis, index) => { byId(axis).value = shown.listener[index]; });
-  view.moveListener(shown.listener);
-  render();
+  wanted.listener = millimetres(at);
+  ["x", "y", "z"].forEach((axis, index) => { byId(axis).value = wanted.listener[index]; });
+  view.moveListener(wanted.listener);
+  changed(true);
 }
 
 // A source that was dragged sends from there when the scene has been traced anew.
 function dropSource(source, at) {
-  const place = at.map((value) => Math.round(1000 * value) / 1000);
-  trace(shown.room.sources.map((own, index) => index === source ? place : own.at));
+  trace(wanted.sources.map((own, index) => index === source ? millimetres(at) : own));
 }
 
 function changeMaterial(material, values, key = "absorption") {
   const name = `materials.${material.name}.${key}`;
-  if (isSame(values, material[key])) delete shown.changes[name]; else shown.changes[name] = values;
-  byId("retrace").hidden = true;
+  if (isSame(values, material[key])) delete wanted.changes[name]; else wanted.changes[name] = values;
   showMaterials();
-  removeMap();
-  render();
+  changed();
 }
 
 function serve() {
   const { room } = shown, source = byId("source");
+  byId("coefficient").onchange = showMaterials;
+  showFaults();
+  wanted.sources = placesOf(room);
   room.sources.forEach((one) => source.append(make("option", one.name)));
-  source.onchange = () => { shown.source = source.selectedIndex; removeMap(); render(); };
+  source.onchange = () => { wanted.source = source.selectedIndex; changed(); };
   ["x", "y", "z"].forEach((axis, index) => {
     byId(axis).onchange = () => {
-      const value = entered(byId(axis), shown.listener[index]);
-      if (value !== null) moveListener(shown.listener.map((old, at) => at === index ? value : old));
+      const value = entered(byId(axis), wanted.listener[index]);
+      if (value !== null) moveListener(wanted.listener.map((old, at) => at === index ? value : old));
     };
   });
   walkByKeys();
   const middle = view.world(view.box.getCenter(new THREE.Vector3()));
   const first = room.receivers[0]?.at ?? middle;
-  shown.listener = first;
-  moveListener(first);
+  restore(first);
+  showMaterials();
   compare();
   listen();
   maps();
-  byId("original").onclick = () => { shown.changes = {}; showMaterials(); removeMap(); render(); };
-  byId("retrace").onclick = () => trace(room.sources.map(({ at }) => at));
-  byId("move").onclick = () => trace(room.sources.map(({ at }, index) => index === shown.source ? shown.listener : at));
+  byId("original").onclick = () => { wanted.changes = {}; showMaterials(); changed(); };
+  byId("retrace").onclick = () => trace(wanted.sources);
+  byId("move").onclick = () => {
+    const places = wanted.sources.with(wanted.source, wanted.listener), [x, y, z] = wanted.sources[wanted.source];
+    trace(places);
+    moveListener([x, y, z]);
+  };
   byId("save").onclick = save;
   library();
   follow();
+}
+
+// The state that the address says, as far as it is one of this room.
+function restore(first) {
+  try {
+    const { listener, source, changes } = JSON.parse(decodeURIComponent(location.hash.slice(1)));
+    if (source in wanted.sources) byId("source").selectedIndex = wanted.source = source;
+    Object.assign(wanted.changes, changes);
+    moveListener(listener);
+  } catch { moveListener(first); }
 }
 
 function walkByKeys() {
@@ -249,7 +244,7 @@ function walkByKeys() {
     const side = new THREE.Vector3().setFromMatrixColumn(view.camera.matrixWorld, 0).projectOnPlane(up).normalize();
     const ahead = new THREE.Vector3().crossVectors(up, side);
     const moved = new THREE.Vector3().addScaledVector(side, way[0]).addScaledVector(ahead, way[1]).addScaledVector(up, way[2]);
-    moveListener(shown.listener.map((value, index) => value + step * moved.getComponent(index)));
+    moveListener(wanted.listener.map((value, index) => value + step * moved.getComponent(index)));
   });
 }
 
@@ -258,6 +253,10 @@ async function follow() {
   let wait = 1000;
   try {
     const state = await server.ask("state");
+    if (shown.isLost) {
+      shown.isLost = false;
+      render();
+    }
     shown.canTrace = state.can_trace;
     byId("move").disabled = !state.can_trace;
     view.canTrace = state.can_trace;
@@ -274,14 +273,17 @@ async function follow() {
     if (state.maps !== shown.maps) {
       shown.maps = state.maps;
       shown.steps = state.map.steps;
+      const isOwn = same(wanted.sources, placesOf(shown.room));
       state.map.sources.forEach((at, index) => { shown.room.sources[index].at = at; });
-      view.placeSources();
+      // A source that was moved since is traced next.
+      if (isOwn || state.share === null) wanted.sources = state.map.sources;
+      view.placeSources(wanted.sources);
       // Another window may have had the scene traced with other materials.
       shown.room.materials.forEach((material) => Object.assign(material, state.map.materials[material.name]));
-      for (const [name, values] of Object.entries(shown.changes)) {
+      for (const [name, values] of Object.entries(wanted.changes)) {
         const [, own, key] = name.match(/^materials\.(.*)\.(\w+)$/);
         const material = shown.room.materials.find((one) => one.name === own);
-        if (!material || isSame(values, material[key])) delete shown.changes[name];
+        if (!material || isSame(values, material[key])) delete wanted.changes[name];
       }
       showMaterials();
       removeMap();
@@ -293,14 +295,18 @@ async function follow() {
     }
   } catch (error) {
     wait = 3000;
+    shown.isLost = true;
     say(`sonel-view does not answer: ${error.message}`, true);
   }
   setTimeout(follow, wait);
 }
 
 async function trace(sources) {
+  wanted.sources = sources;
+  view.placeSources(sources);
+  changed();
   try {
-    await server.ask("trace", { sources, changes: shown.changes });
+    await server.ask("trace", { sources, changes: wanted.changes });
     shown.failure = null;
     byId("retrace").hidden = true;
   } catch (error) { refuse(error.message); }
@@ -308,13 +314,17 @@ async function trace(sources) {
 
 // A source that was dragged is again where the map has it.
 function refuse(message) {
-  view.placeSources();
+  wanted.sources = placesOf(shown.room);
+  view.placeSources(wanted.sources);
+  check();
   say(message, true);
 }
 
 function compare() {
   byId("keep").onclick = () => {
     shown.kept = shown.pair;
+    const materials = isChanged() ? "changed materials" : "the materials of the map";
+    byId("isA").textContent = `A: ${shown.pair.source} → (${wanted.listener.join(", ")}) m, ${materials}.`;
     shown.heardA = shown.heard ?? null;
     byId("forget").hidden = false;
     byId("hearing").hidden = !shown.heardA;
@@ -323,6 +333,7 @@ function compare() {
   byId("forget").onclick = () => {
     shown.kept = null;
     byId("forget").hidden = true;
+    byId("isA").textContent = "";
     byId("hearing").hidden = true;
     byId("hearA").checked = false;
     if (shown.heard) hearing.hear(shown.heard);
@@ -331,7 +342,8 @@ function compare() {
 }
 
 // From few batches first: what is played, and a walk, is heard at once.
-const sounding = new Steps("sound", (samples) => {
+const sounding = new Steps("sound", (samples, of) => {
+  if (!same(of, wish())) return;
   shown.heard = samples;
   if (!byId("hearA").checked) hearing.hear(samples);
 });
@@ -368,16 +380,15 @@ function maps() {
   byId("paint").onclick = () => {
     removeMap();
     say("Rendering the map …");
-    const wish = { height: Number(byId("height").value), spacing: Number(byId("spacing").value), source: shown.source, changes: shown.changes };
+    const wish = { height: Number(byId("height").value), spacing: Number(byId("spacing").value), source: wanted.source, changes: wanted.changes };
     painting.wish(wish, shown.steps.slice(0, MAP_STEPS));
   };
   parameter.onchange = band.onchange = paint;
   byId("unpaint").onclick = () => { removeMap(); say(""); };
 }
 
-const painting = new Steps("grid", (answer, { isNewest }) => {
-  if (!isNewest) return;
-  shown.map = { ...answer, from: shown.room.sources[shown.source].name, height: byId("height").value };
+const painting = new Steps("grid", (answer) => {
+  shown.map = { ...answer, from: shown.room.sources[wanted.source].name, height: byId("height").value };
   paint();
 });
 
@@ -394,24 +405,23 @@ function paint() {
   if (!shown.map) return;
   const { symbol, unit, noticeable, single, bands } = shown.map.parameters[byId("shown").selectedIndex];
   const at = byId("band").selectedIndex, entries = at === 0 ? single : bands[at - 1];
-  const values = entries.filter(Array.isArray).map(([value]) => value);
+  const values = entries.filter(isKnown).map(([value]) => value);
   if (!values.length) return say(`${symbol} has no value on this plane`, true);
   const range = [Math.min(...values), Math.max(...values)];
   // A line every JND, or every few: at most twelve.
   const step = noticeable * Math.max(1, Math.ceil((range[1] - range[0]) / noticeable / 12));
   const levels = Array.from({ length: 12 }, (_, index) => step * (Math.ceil(range[0] / step) + index)).filter((level) => level < range[1]);
-  view.paint(shown.map.at, shown.map.spacing, entries, range, levels);
+  view.paint(shown.map.at, shown.map.spacing, entries, unit, range, levels);
   byId("unpaint").hidden = false;
   const scale = make("span");
   scale.id = "scale";
   scale.style.background = `linear-gradient(to right, ${RAMP.map((color) => `rgb(${color})`).join(",")})`;
-  const digits = decimals(range[1], noticeable);
   say("");
   const band = at === 0 ? "500 and 1000 Hz" : hertz(shown.room.bands[at - 1]);
   scale.setAttribute("role", "img");
   scale.setAttribute("aria-label", "to");
-  byId("mapped").replaceChildren(`${symbol} [${unit || "1"}] at ${band}, from ${shown.map.from}, ${shown.map.height} m high: ${range[0].toFixed(digits)} `, scale,
-    ` ${range[1].toFixed(digits)}: ${((range[1] - range[0]) / noticeable).toFixed(1)} JND over ${values.length} places, a line every ${step.toFixed(digits)}. Point at one for its interval. ${shown.map.note ?? ""}`);
+  byId("mapped").replaceChildren(`${symbol} [${unit || "1"}] at ${band}, from ${shown.map.from}, ${shown.map.height} m high: ${rounded(range[0], unit)} `, scale,
+    ` ${rounded(range[1], unit)}: ${((range[1] - range[0]) / noticeable).toFixed(1)} JND over ${values.length} places, a line every ${rounded(step, unit)}. Point at one for its interval. ${shown.map.note ?? ""}`);
 }
 
 async function library() {
@@ -435,7 +445,7 @@ async function library() {
 
 async function save() {
   try {
-    const { files, commands } = await server.ask("save", { listener: shown.listener, changes: shown.changes });
+    const { files, commands } = await server.ask("save", { listener: wanted.listener, changes: wanted.changes });
     const written = files.length ? `# written: ${files.join(", ")}\n` : "# nothing was changed: no file is needed\n";
     byId("saved").textContent = written + commands.join("\n");
   } catch (error) { say(error.message, true); }

@@ -1,15 +1,11 @@
 // The room: walls by material, sources, receivers, the listener, early reflections, maps.
 "use strict";
-const COLORS = ["#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22", "#17becf"];
+// Of materials.
+const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c564b", "#7f7f7f", "#bcbd22", "#6a3d9a"];
 const colorOf = (index) => COLORS[index % COLORS.length];
+// Of orders of reflection, as in the chart of early reflections.
+const wayColor = (order) => order ? PALETTE[Math.min(order, PALETTE.length - 1)] : "#666";
 const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
-// Dark violet to yellow, even in lightness.
-const RAMP = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
-function rampColor(part) {
-  const place = Math.min(Math.max(part, 0), 1) * (RAMP.length - 1);
-  const low = Math.min(Math.floor(place), RAMP.length - 2);
-  return RAMP[low].map((from, i) => Math.round(from + (place - low) * (RAMP[low + 1][i] - from)));
-}
 
 // Ends of the pieces of contour lines between four neighbours each, whose values are taken as linear along the sides.
 function contours(places, spacing, up, levels) {
@@ -45,36 +41,47 @@ function clear(group) {
 // `onMove` takes where the listener is dragged to, `onDrop` a source and where it was dropped.
 class RoomView {
   constructor(room, onMove, onDrop) {
-    this.room = room;
     this.onMove = onMove;
     this.onDrop = onDrop;
     this.canvas = byId("room");
-    this.up = new THREE.Vector3(...room.up);
     this.scene = new THREE.Scene();
-    this.cut = new THREE.Plane(this.up.clone().negate(), Infinity);
+    this.cut = new THREE.Plane(new THREE.Vector3(), Infinity);
     this.walls = new THREE.Group();
     this.ways = new THREE.Group();
     this.map = new THREE.Group();
     this.points = new THREE.Group();
     this.scene.add(this.walls, this.ways, this.map, this.points, new THREE.AmbientLight(0xffffff, 2));
     this.camera = new THREE.PerspectiveCamera(45, 1, 0.01, 1e5);
-    this.camera.up.copy(this.up);
     try {
       this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
     } catch {
       byId("tip").textContent = "This browser draws nothing in three dimensions (WebGL is off); all numbers are below.";
     }
     if (this.renderer) this.renderer.localClippingEnabled = true;
+    this.load(room);
+    this.dragging();
+    new ResizeObserver(() => this.isTurned ? this.draw() : this.whole()).observe(this.canvas);
+  }
+
+  // Another room in the same place.
+  load(room) {
+    this.room = room;
+    this.up = new THREE.Vector3(...room.up);
+    this.cut.normal.copy(this.up).negate();
+    this.camera.up.copy(this.up);
+    // The controls take what is up once.
+    this.controls?.dispose();
     this.controls = new THREE.OrbitControls(this.camera, this.canvas);
     this.controls.addEventListener("change", () => this.draw());
+    this.isTurned = false;
+    // Until the reader turns it, the room fits whatever becomes of the window.
+    this.controls.addEventListener("start", () => { this.isTurned = true; });
+    for (const group of [this.walls, this.points, this.map, this.ways]) group.clear();
+    byId("legend").replaceChildren();
     this.build();
     this.size = this.box.getSize(new THREE.Vector3()).length() || 1;
     this.spots();
     this.whole();
-    this.dragging();
-    // Until the reader turns it, the room fits whatever becomes of the window.
-    this.controls.addEventListener("start", () => { this.isTurned = true; });
-    new ResizeObserver(() => this.isTurned ? this.draw() : this.whole()).observe(this.canvas);
   }
 
   // Coordinates of the scene are kept as differences to its origin: screens have 32-bit floats.
@@ -150,10 +157,9 @@ class RoomView {
     this.draw();
   }
 
-  // Sources where the map has them.
-  placeSources() {
+  placeSources(places) {
     this.sources.forEach((body, index) => {
-      const at = this.local(this.room.sources[index].at);
+      const at = this.local(places[index]);
       body.position.copy(at);
       body.userData.cone?.position.copy(at);
     });
@@ -223,7 +229,7 @@ class RoomView {
     clear(this.ways);
     for (const way of ways.filter((way) => way.order <= most)) {
       const geometry = new THREE.BufferGeometry().setFromPoints(way.corners.map((corner) => this.local(corner)));
-      const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: colorOf(way.order) }));
+      const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: wayColor(way.order) }));
       line.userData.way = way;
       this.ways.add(line);
     }
@@ -234,15 +240,16 @@ class RoomView {
   pick(delay) {
     for (const line of this.ways.children) {
       const near = delay !== null && Math.abs(line.userData.way.delay - delay) < 1e-3;
-      line.material.color.set(near ? "#e6a100" : colorOf(line.userData.way.order));
+      line.material.color.set(near ? "#e6a100" : wayColor(line.userData.way.order));
       line.renderOrder = near ? 1 : 0;
     }
     this.draw();
   }
 
   // Squares of a plane coloured by their values, and lines at `levels`.
-  paint(places, spacing, values, [low, high], levels) {
+  paint(places, spacing, values, unit, [low, high], levels) {
     this.unpaint();
+    this.unit = unit;
     const shape = new THREE.PlaneGeometry(spacing, spacing);
     const turn = new THREE.Mesh();
     turn.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), this.up);
@@ -272,6 +279,13 @@ class RoomView {
     this.renderer.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / clientHeight;
     this.camera.updateProjectionMatrix();
+  }
+
+  // What is seen now, for paper.
+  picture() {
+    if (!this.renderer) return "";
+    this.renderer.render(this.scene, this.camera);
+    return this.canvas.toDataURL();
   }
 
   draw() {
@@ -318,13 +332,14 @@ class RoomView {
       this.draw();
     });
     const end = (drops) => {
+      if (held && !drops) held.body.position.copy(held.from);
       const { body, isMoved } = held ?? {};
       held = null;
       this.controls.enabled = true;
       const source = this.sources.indexOf(body);
       if (source < 0) return;
       if (drops && isMoved) this.onDrop(source, this.world(body.position));
-      else this.placeSources();
+      this.draw();
     };
     this.canvas.addEventListener("pointerup", () => end(true));
     this.canvas.addEventListener("pointercancel", () => end(false));
@@ -343,12 +358,14 @@ class RoomView {
     const [square] = ray.intersectObjects(this.map.children);
     const [spot] = ray.intersectObjects(this.points.children);
     const [wall] = ray.intersectObjects(this.bodies.filter(({ body, faces }) => body.visible && faces.visible).map(({ faces }) => faces));
-    if (this.onHover) this.onHover(line ? line.object.userData.way : null);
+    const way = line ? line.object.userData.way : null;
+    if (way !== this.pointed) this.onHover?.(way);
+    this.pointed = way;
     if (spot?.object.userData.name) tip.textContent = `${spot.object.userData.name} at ${this.world(spot.object.position).map((v) => v.toFixed(2)).join(", ")} m`;
     else if (line) {
       const { class: name, delay, strength } = line.object.userData.way;
       tip.textContent = `${name}: ${delay.toFixed(1)} ms after the direct sound, ${strength.toFixed(1)} dB`;
-    } else if (square) tip.textContent = cell(square.object.userData.entry).textContent;
+    } else if (square) tip.textContent = numberText(square.object.userData.entry, this.unit);
     else if (wall) {
       const material = this.room.materials[wall.object.userData.index];
       tip.textContent = `${material.name}: ${material.area.toFixed(1)} m², α ${material.absorption.map((a) => a.toFixed(2)).join(" ")}`;

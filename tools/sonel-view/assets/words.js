@@ -7,50 +7,63 @@ const make = (tag, text, kind) => {
   if (kind) element.className = kind;
   return element;
 };
-// The head of a table: print repeats it.
-function heading(texts) {
-  const head = make("thead"), line = make("tr");
-  line.append(...texts.map((text) => make("th", text)));
-  head.append(line);
-  return head;
+// A table of texts and cells; print repeats its head.
+function table(head, rows, kind = "") {
+  const whole = make("table", undefined, kind), body = make("tbody"), scroll = make("div", undefined, "scroll");
+  const line = (cells, tag) => {
+    const row = make("tr");
+    row.append(...cells.map((one) => one instanceof Node ? one : make(tag, one)));
+    return row;
+  };
+  if (head.length) {
+    const top = make("thead");
+    top.append(line(head, "th"));
+    whole.append(top);
+  }
+  body.append(...rows.map((cells) => line(cells, "td")));
+  whole.append(body);
+  scroll.tabIndex = 0;
+  scroll.append(whole);
+  return scroll;
 }
 // What the file holds packed: gzip in base64.
 async function unpacked(id) {
   const bytes = Uint8Array.from(atob(byId(id).textContent), (letter) => letter.charCodeAt(0));
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
 }
-// Decimals that show two digits of a half-width, and no more than anybody can use: as in the tables of the page.
-function decimals(value, half) {
-  const most = Math.abs(value) < 10 ? 3 : 2;
-  return half > 0 ? Math.min(most, Math.max(1, 1 - Math.floor(Math.log10(half)))) : most;
+// Decimals of the trade: times in 0.01 s, levels and clarity in 0.1 dB, indices in 0.01.
+const DECIMALS = { s: 2, dB: 1, "dB(A)": 1, "%": 0, ms: 0, "": 2 };
+const rounded = (value, unit) => value.toFixed(DECIMALS[unit]).replace("-", "−");
+// [value, half-width or reason, distances by materials], or a reason.
+const isKnown = (entry) => Array.isArray(entry);
+function beside(half, unit) {
+  const least = 0.1 ** DECIMALS[unit];
+  return half < 0.5 * least ? `<${least.toFixed(DECIMALS[unit])}` : half.toFixed(DECIMALS[unit]);
 }
-// [value, half-width], [value, reason] or a reason; with the reason as a title.
-function cell(entry, tag = "td") {
-  if (entry === null || entry === undefined) return make(tag, "–");
-  if (!Array.isArray(entry)) {
-    const none = make(tag, "–");
-    none.title = entry;
-    return none;
+function numberText(entry, unit) {
+  if (!isKnown(entry)) return "–";
+  const [value, half, materials] = entry;
+  const side = (off) => off === null ? "∞" : beside(off, unit), [low, high] = (materials ?? []).map(side);
+  const second = !materials ? "" : low === high ? ` ± ${low}` : ` −${low} +${high}`;
+  return `${rounded(value, unit)} ± ${typeof half === "number" ? beside(half, unit) : "?"}${second}`;
+}
+// A number with all of its digits, or why it is missing, as a title.
+function cell(entry, unit, mark = "") {
+  const shown = make("td", numberText(entry, unit) + mark);
+  if (!isKnown(entry)) shown.title = entry;
+  else {
+    const [value, half] = entry;
+    shown.dataset.value = value;
+    if (typeof half === "number") shown.dataset.half = half;
+    shown.title = typeof half === "number" ? `${value.toPrecision(6)} ± ${half.toPrecision(2)} ${unit}` : half;
   }
-  const [value, half] = entry;
-  const known = typeof half === "number";
-  const digits = decimals(value, known ? half : 0), least = 0.1 ** digits;
-  const width = !known ? "?" : half < 0.5 * least ? `<${least.toFixed(digits)}` : half.toFixed(digits);
-  const shown = make(tag, `${value.toFixed(digits)} ± ${width}`);
-  shown.dataset.value = value;
-  if (known) shown.dataset.half = half; else shown.title = half;
   return shown;
 }
-const hertz = (band) => band >= 1000 ? `${band / 1000} kHz` : `${band} Hz`;
-const cssColor = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
-// What every chart of the page is drawn with.
-function drawChart(id, chart) {
-  const ink = cssColor("--ink") || "#222", line = cssColor("--line") || "#ddd";
-  const axis = (own) => ({ ...own, gridcolor: line, zerolinecolor: line, automargin: true });
-  const layout = { ...chart.layout, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
-    font: { color: ink, size: 12 },
-    legend: { orientation: "h", yref: "container", y: 0, yanchor: "bottom", font: { size: 11 } },
-    xaxis: axis(chart.layout.xaxis), yaxis: axis(chart.layout.yaxis) };
-  for (const trace of chart.data) if (typeof trace.x === "number") trace.x = chart.data[trace.x].x;
-  return Plotly.react(id, chart.data, layout, { responsive: true, displaylogo: false, displayModeBar: false });
+// (0) of a difference within the noise of the simulation, * of one that can be noticed.
+function significance(entry, noticeable) {
+  if (!isKnown(entry)) return "";
+  const [value, half] = entry;
+  return typeof half === "number" && Math.abs(value) <= half ? " (0)" : Math.abs(value) >= noticeable ? " *" : "";
 }
+const label = ({ symbol, unit }) => unit ? `${symbol} [${unit}]` : symbol;
+const hertz = (band) => band >= 1000 ? `${band / 1000} kHz` : `${band} Hz`;

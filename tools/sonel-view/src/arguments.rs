@@ -24,7 +24,7 @@ pub struct HeadArguments {
     /// Version of the report.
     #[arg(long, value_name = "TEXT")]
     pub revision: Option<String>,
-    /// What the mean over the receivers shall meet: t30=0.6s±20%@250-2000, c50>=2dB@500,1000, or a curve: din18041-a1 … din18041-a5, bb93-primary,
+    /// What the mean over the receivers shall meet: t30=0.6s±20%@250-2000, c50>=2dB@500,1000, sti>=0.6, or a curve: din18041-a1 … din18041-a5, bb93-primary,
     /// bb93-secondary, ansi-s12.60; repeatable.
     #[arg(long = "target", value_name = "CRITERION", value_parser = str::parse::<Criterion>)]
     pub targets: Vec<Criterion>,
@@ -45,7 +45,7 @@ pub struct HeadArguments {
                   sonel-view before.npz after.npz before.sonelmap -o renovation.html"
 )]
 pub struct Arguments {
-    /// A scene or the map of one, and responses.
+    /// A scene, or maps, and responses; a served page is of one map.
     #[arg(value_name = "SCENE.toml|MAP.sonelmap|RESPONSE.npz", required = true)]
     pub files: Vec<PathBuf>,
     /// Page to write instead of serving it; an existing one is replaced when the new one is complete. A scene is traced, a map without

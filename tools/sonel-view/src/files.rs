@@ -16,8 +16,8 @@ use crate::page::Subject;
 pub(crate) struct Files {
     /// The scene file.
     pub scene: Option<PathBuf>,
-    /// The map and its file.
-    pub map: Option<(PathBuf, Map)>,
+    /// Maps and their files.
+    pub maps: Vec<(PathBuf, Map)>,
     /// Responses with the names of their files.
     pub responses: Vec<(String, Response)>,
 }
@@ -26,24 +26,28 @@ impl Files {
     /// Opens all `files`; a scene is not read yet.
     ///
     /// # Errors
-    /// When one cannot be read or is damaged; two scenes or maps, or both.
+    /// When one cannot be read or is damaged; two scenes, a map twice, or a scene and a map.
     pub(crate) fn open(files: &[PathBuf]) -> anyhow::Result<Self> {
-        let mut opened = Self { scene: None, map: None, responses: Vec::new() };
+        let mut opened = Self { scene: None, maps: Vec::new(), responses: Vec::new() };
         for path in files {
             match artifact::kind(path)? {
                 Some(Artifact::Response) => {
                     let response = Response::open(path).map_err(spelled)?;
                     opened.responses.push((name(&response, path, &opened.responses), response));
                 }
-                Some(Artifact::Map) if opened.map.is_some() => {
-                    bail!("{} is a second map: give the map of the first response alone", path.display())
+                Some(Artifact::Map) => {
+                    let map = checked(path)?;
+                    let digest = map.sonels().digest();
+                    if opened.maps.iter().any(|(_, known)| known.sonels().digest() == digest) {
+                        bail!("{} is given twice: give each map once", path.display())
+                    }
+                    opened.maps.push((path.clone(), map));
                 }
-                Some(Artifact::Map) => opened.map = Some((path.clone(), checked(path)?)),
                 None if opened.scene.is_some() => bail!("{} is a second scene: give one", path.display()),
                 None => opened.scene = Some(path.clone()),
             }
         }
-        if opened.scene.is_some() && opened.map.is_some() {
+        if opened.scene.is_some() && !opened.maps.is_empty() {
             bail!("a scene and a map: give the scene, which is traced, or the map");
         }
         opened.call_by_scene();
@@ -65,40 +69,39 @@ impl Files {
         }
     }
 
-    /// Responses and their map: what is missing is traced with `packets` and rendered at the receivers of the scene.
+    /// Responses and their maps: what is missing is traced with `packets` and rendered at the receivers of the scene.
     ///
     /// # Errors
-    /// When the scene is invalid, or the first response is of another scene than the map.
+    /// When the scene is invalid, or the first response is of no scene of a map.
     pub(crate) fn rendered(
         self,
         packets: Option<u64>,
         heard: &HeardArguments,
         follower: &Follower<'_>,
-    ) -> anyhow::Result<(Vec<Subject>, Option<Map>)> {
-        let Self { scene, map, mut responses } = self;
-        let traced = |path: PathBuf| -> anyhow::Result<Map> {
+    ) -> anyhow::Result<(Vec<Subject>, Vec<Map>)> {
+        let Self { scene, maps, mut responses } = self;
+        let mut maps: Vec<Map> = maps.into_iter().map(|(_, map)| map).collect();
+        if let Some(path) = scene {
             let scene = follower.result(Scene::load(&path, follower))?;
             let options = TraceOptions { packets, ..TraceOptions::default() };
-            Ok(follower.result(scene.trace(&options, follower))?.map)
-        };
-        if map.is_none() && scene.is_none() && responses.is_empty() {
+            maps.push(follower.result(scene.trace(&options, follower))?.map);
+        }
+        if maps.is_empty() && responses.is_empty() {
             bail!("no response among the files: make one from a map with sonel-render");
         }
-        let map = match (map, scene) {
-            (Some((_, map)), _) => Some(map),
-            (None, Some(scene)) => Some(traced(scene)?),
-            (None, None) => None,
-        };
-        if let (Some(map), true) = (&map, responses.is_empty()) {
-            let rendered = follower.result(map.render(&[], &RenderOptions::default(), follower))?;
-            responses.push((map.sonels().header().scene.name.clone(), rendered.response));
+        if responses.is_empty() {
+            for map in &maps {
+                let rendered = follower.result(map.render(&[], &RenderOptions::default(), follower))?;
+                responses.push((map.sonels().header().scene.name.clone(), rendered.response));
+            }
         }
-        if let Some(map) = &map {
+        if !maps.is_empty() {
             let named = responses.iter().map(|(name, response)| (name.as_str(), response.echograms()));
-            artifact::check_scene(named, &map.sonels().header().scene, &mut |text| follower.line(text))?;
+            let scenes: Vec<_> = maps.iter().map(|map| &map.sonels().header().scene).collect();
+            artifact::check_scene(named, &scenes, &mut |text| follower.line(text))?;
         }
         let subject = |(name, response)| Subject::new(name, response, heard);
-        Ok((responses.into_iter().map(subject).collect::<anyhow::Result<_>>()?, map))
+        Ok((responses.into_iter().map(subject).collect::<anyhow::Result<_>>()?, maps))
     }
 }
 

@@ -17,7 +17,6 @@ use sonel_console::{Log, Outcome, speak_as, use_threads};
 pub use arguments::{Arguments, HeadArguments};
 use files::Files;
 pub use page::Subject;
-pub use page::single::Single;
 
 /// Runs the program: the address to `out`, everything else to `log`.
 ///
@@ -44,7 +43,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
 /// Writes the page of `files` to `output`. A scene is traced with `packets`, a map without response rendered at the receivers of its scene.
 ///
 /// # Errors
-/// When a file is unusable, there are two maps or a map of another scene, uncertainty is given without the map of a response, or the output cannot be written.
+/// When a file is unusable, there is a map of another scene, uncertainty is given without the map of a response, or the output cannot be written.
 pub fn freeze(
     files: &[PathBuf],
     output: &Path,
@@ -59,13 +58,15 @@ pub fn freeze(
     }
     let target = Output::create(output, Kind::PAGE, &[])?;
     let follower = Follower::new(quiet, log);
-    let (mut subjects, map) = Files::open(files)?.rendered(packets, heard, &follower)?;
+    let (mut subjects, maps) = Files::open(files)?.rendered(packets, heard, &follower)?;
     let uncertainty = &head.uncertainty;
     if uncertainty.is_given() {
-        let Some(map) = &map else {
-            bail!("--material-uncertainty needs the map that the responses were rendered from: give it, too")
-        };
         for subject in &mut subjects {
+            let Some(map) = maps.iter().find(|map| subject.is_of(map.sonels())).or(maps.first()) else {
+                bail!(
+                    "--material-uncertainty needs the map that the responses were rendered from: give it, too"
+                )
+            };
             subject.attach_materials(uncertainty, map, heard, &follower)?;
         }
     }
@@ -76,10 +77,9 @@ pub fn freeze(
             "note: curves of the first {most} of {pairs} pairs of source and receiver; tables hold all"
         ))?;
     }
-    let walls = map.as_ref().map(|map| follower.result(map.walls())).transpose()?;
-    let traced =
-        map.as_ref().zip(walls.as_deref()).map(|(map, walls)| page::Traced { map: map.sonels(), walls });
-    let text = page::of_responses(&subjects, traced, head, None);
+    let walls = maps.iter().map(|map| follower.result(map.walls())).collect::<Result<Vec<_>, _>>()?;
+    let traced = maps.iter().zip(&walls).map(|(map, walls)| page::Traced { map: map.sonels(), walls });
+    let text = page::Page::of_responses(&subjects, &traced.collect::<Vec<_>>(), head).to_html();
     target.write(|out| out.write_all(text.as_bytes()))?;
     follower.line(&format!("{:.1} MB; written to {}", text.len() as f64 / 1e6, output.display()))?;
     Ok(Outcome::Done)

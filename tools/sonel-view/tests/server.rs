@@ -154,7 +154,7 @@ fn the_page_has_the_numbers_of_the_programs() {
     let (status, answer) = served.ask("render", &json!({ "window": "w", "listener": at }));
     assert_eq!(status, 200, "{answer}");
     let row = |key: &str| {
-        answer["parameters"]
+        answer["pair"]["parameters"]
             .as_array()
             .and_then(|rows| rows.iter().find(|row| row["key"] == key))
             .cloned()
@@ -173,7 +173,7 @@ fn the_page_has_the_numbers_of_the_programs() {
         "render",
         &json!({ "window": "w", "listener": at, "changes": { "materials.walls.absorption": vec![0.4; 8] } }),
     );
-    assert!(status == 200 && other["parameters"] != answer["parameters"]);
+    assert!(status == 200 && other["pair"]["parameters"] != answer["pair"]["parameters"]);
 }
 
 #[test]
@@ -184,7 +184,7 @@ fn noise_is_heard_while_the_listener_moves() {
         let served = Served::begin(&folder, "a.sonelmap", options);
         let (_, answer) = served.ask("render", &json!({ "window": "w", "listener": at }));
         let (_, saved) = served.ask("save", &json!({ "listener": at }));
-        let rows = answer["parameters"].as_array().expect("rows").clone();
+        let rows = answer["pair"]["parameters"].as_array().expect("rows").clone();
         let index = rows.iter().find(|row| row["key"] == "speech_transmission_index").expect("an index");
         let index = index["single"][0].as_f64().expect("a value");
         (index, rows.len(), saved["commands"][1].as_str().expect("a command").to_owned())
@@ -202,6 +202,9 @@ fn a_moved_source_is_traced_and_saved_beside_the_scene() {
     served.wait_for_map(1);
     assert_eq!(served.ask("trace", &json!({ "sources": [[2.0, 1.0, 1.5]], "changes": {} })).0, 200);
     served.wait_for_map(2);
+    let (_, answer) =
+        served.ask("render", &json!({ "window": "w", "listener": [4.0, 3.0, 1.2], "batches": 4 }));
+    assert_eq!((&answer["map"], &answer["pair"]["sourceAt"]), (&json!(2), &json!([2.0, 1.0, 1.5])));
     for number in 2..4 {
         let (status, saved) = served.ask("save", &json!({ "listener": [4.0, 3.0, 1.2] }));
         let name = format!("scene-{number}.toml");
@@ -220,6 +223,10 @@ fn a_moved_source_is_traced_and_saved_beside_the_scene() {
             "{saved}"
         );
     }
+    // What is there is not replaced.
+    folder.write("scene-4.sonelmap", "mine");
+    let (_, saved) = served.ask("save", &json!({ "listener": [4.0, 3.0, 1.2] }));
+    assert!(saved["commands"][0].as_str().is_some_and(|line| line.contains("scene-4-2.sonelmap")), "{saved}");
     assert_eq!(folder.text("scene.toml"), SCENE);
     let (status, refused) = served.ask("trace", &json!({ "sources": [[20.0, 1.0, 1.5]] }));
     assert_eq!(status, 200, "{refused}");

@@ -27,10 +27,10 @@ const RINGS: [Ring; 6] = [
             "crates/sonel-echogram/",
         ],
     ),
-    ("results", 9_500, &["crates/sonel-analysis/", "crates/sonel-design/", "crates/sonel-drawing/"]),
+    ("results", 7_400, &["crates/sonel-analysis/", "crates/sonel-design/", "crates/sonel-drawing/"]),
     ("sound", 2_000, &["crates/sonel-sound/"]),
     ("face", 7_000, &["crates/sonel/"]),
-    ("programs", 7_400, &["tools/"]),
+    ("programs", 6_900, &["tools/"]),
     ("binding", 1_100, &["python/"]),
 ];
 

@@ -3,8 +3,10 @@
 //! Ticks are at 1, 2 or 5 times a power of ten. A logarithmic axis is drawn on the logarithm of its values; where it spans
 //! little more than a factor of two its ticks are those of a linear one.
 
+use serde::Serialize;
+
 /// How an axis maps values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Scale {
     /// Evenly.
     Linear,
@@ -13,7 +15,7 @@ pub enum Scale {
 }
 
 /// An axis.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Axis {
     /// Quantity and unit, such as "time [s]".
     pub label: String,

@@ -6,12 +6,13 @@
 use std::collections::BTreeSet;
 
 use glam::DVec3;
+use serde::Serialize;
 use sonel_geometry::{Mesh, section};
 
 use super::Axis;
 
 /// Plans with one scale of colours.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Plans {
     /// Scale of the colours: label, and range where one is given.
     pub scale: Axis,
@@ -20,7 +21,7 @@ pub struct Plans {
 }
 
 /// Places with values, and what stands about them, in metres along two axes.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Plan {
     /// Above it.
     pub title: String,
@@ -37,7 +38,7 @@ pub struct Plan {
 }
 
 /// A receiver in a plan.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spot {
     /// Where it is.
     pub at: [f64; 2],

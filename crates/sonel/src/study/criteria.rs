@@ -1,7 +1,7 @@
-//! Criteria that a room shall meet: `t30=0.6s±20%@250-2000`, `t20<=0.8s@500,1000,2000`, or curves of standards.
+//! Criteria that a room shall meet: `t30=0.6s±20%@250-2000`, `t20<=0.8s@500,1000,2000`, `sti>=0.6`, or curves of standards.
 //!
-//! A criterion gives a parameter a range in some bands. The mean over the receivers meets it where its 95 % interval lies within the range, fails
-//! where the interval lies outside, and is undecided else.
+//! A criterion gives a parameter a range in some bands, or a quantity of several bands (sti, la) one range. The mean over the receivers meets it if its
+//! 95 % interval lies within the range, fails if the interval lies outside, and is undecided otherwise.
 //!
 //! - `din18041-a1` … `a5`: reverberation time of [DIN18041] group A by volume ([`sonel_acoustics::din18041`]), with its range, occupied, a5 empty.
 //! - `bb93-primary`, `bb93-secondary`: at most 0.6 and 0.8 s as the arithmetic mean of the octaves 500, 1000 and 2000 Hz, or of the third octaves
@@ -14,18 +14,18 @@ use std::str::FromStr;
 
 use sonel_acoustics::din18041::{GROUP_A, Use};
 use sonel_analysis::average::average;
-use sonel_analysis::{Parameter, ParameterValue, Unsupported, octave};
+use sonel_analysis::single::Single;
+use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters, Unsupported, octave};
 
 use crate::ParseError;
-use crate::study::target;
 
 /// A criterion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Criterion {
     /// As it was written.
     pub name: String,
-    /// Parameter that it is about.
-    pub parameter: Parameter,
+    /// What it is about.
+    pub quantity: Single,
     range: Range,
 }
 
@@ -77,28 +77,31 @@ impl FromStr for Criterion {
     fn from_str(text: &str) -> Result<Self, ParseError> {
         let name = text.trim().to_owned();
         let word = name.to_lowercase();
-        let of = |parameter, range| Ok(Self { name: name.clone(), parameter, range });
+        let of = |quantity, range| Ok(Self { name: name.clone(), quantity, range });
+        let time = Single::Of(Parameter::T20);
         let class = word.strip_prefix(DIN).unwrap_or_default();
         if let Some(curve) = GROUP_A.iter().find(|known| known.class.eq_ignore_ascii_case(class)) {
-            return of(Parameter::T20, Range::Din(curve));
+            return of(time, Range::Din(curve));
         }
         if let Some((_, limit)) = BB93.iter().find(|(known, _)| *known == word) {
-            return of(Parameter::T20, Range::MiddleMean(*limit));
+            return of(time, Range::MiddleMean(*limit));
         }
         if word == ANSI {
-            return of(Parameter::T20, Range::Ansi);
+            return of(time, Range::Ansi);
         }
-        let (parameter, range) = stated(&name).ok_or_else(|| {
+        let (quantity, range) = stated(&name).ok_or_else(|| {
             let din = GROUP_A.iter().map(|it| format!("{DIN}{}", it.class.to_lowercase()));
             let words: Vec<String> =
                 din.chain(BB93.iter().map(|it| it.0.to_owned())).chain([ANSI.to_owned()]).collect();
+            let singles = Parameter::EVERY.map(Single::Of).into_iter().chain(Single::OF_SEVERAL);
+            let names: Vec<&str> = singles.map(Single::short_name).collect();
             ParseError(format!(
-                "\"{text}\" is not a criterion: write t30=0.6s±20%@250-2000, c50>=2dB, t20<=0.8s@500,1000 (+- for ±; parameters {}; units s, ms, dB, %), or one of {}",
-                target::names(),
+                "\"{text}\" is not a criterion: write t30=0.6s±20%@250-2000, c50>=2dB, t20<=0.8s@500,1000, sti>=0.6 or la<=35dB (+- for ±; of {}; units s, ms, dB, %; sti and la have no bands), or one of {}",
+                names.join(", "),
                 words.join(", ")
             ))
         })?;
-        of(parameter, range)
+        of(quantity, range)
     }
 }
 
@@ -136,6 +139,9 @@ impl Criterion {
     /// # Errors
     /// Why the criterion does not apply.
     pub fn judged(&self, bands: &[f64], volume: Option<f64>) -> Result<Vec<Judged>, String> {
+        if let (Range::Stated(range, _), false) = (&self.range, matches!(self.quantity, Single::Of(_))) {
+            return Ok(vec![Judged { bands: Vec::new(), range: *range }]);
+        }
         if let Range::MiddleMean(limit) = self.range {
             // Nominal centres alone do not tell 500 Hz of octaves from that of thirds.
             let has_thirds =
@@ -146,6 +152,17 @@ impl Criterion {
         let judged = |hz: &f64| Some(Judged { bands: vec![*hz], range: self.range(*hz, volume)? });
         let judged: Vec<Judged> = bands.iter().filter_map(judged).collect();
         if judged.is_empty() { Err(self.reason(volume)) } else { Ok(judged) }
+    }
+
+    /// What is judged, at a receiver.
+    ///
+    /// # Errors
+    /// Why it has no value.
+    pub fn value(&self, judged: &Judged, receiver: &ReceiverParameters) -> ParameterValue {
+        match self.quantity {
+            Single::Of(parameter) => judged.value(|hz| receiver.in_band(hz, parameter)),
+            several => several.value(receiver),
+        }
     }
 
     /// Why the criterion does not apply to a room of `volume` [m³].
@@ -169,7 +186,7 @@ impl Criterion {
 /// A value that a criterion is about.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judged {
-    /// The band [Hz], or the bands whose mean it is.
+    /// The band [Hz], the bands whose mean it is, or none if the quantity has no bands.
     pub bands: Vec<f64>,
     /// Lowest and highest value, in the unit of the parameter.
     pub range: [f64; 2],
@@ -180,7 +197,7 @@ impl Judged {
     ///
     /// # Errors
     /// Why a band has none.
-    pub fn value(&self, of: impl Fn(f64) -> Option<ParameterValue>) -> ParameterValue {
+    fn value(&self, of: impl Fn(f64) -> Option<ParameterValue>) -> ParameterValue {
         if let Some(missing) = octave::missing(&self.bands, |hz| of(hz).is_some()) {
             let octaves = if self.bands.len() > SPEECH_OCTAVES.len() { "400 to 2500" } else { "500 to 2000" };
             return Err(Unsupported::OctavesMissing { octaves, missing });
@@ -193,12 +210,12 @@ impl Judged {
     }
 }
 
-/// `500`, or `mean 500 … 2000`.
+/// `500 Hz`, `mean 500 … 2000 Hz`, or nothing.
 impl std::fmt::Display for Judged {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.bands[..] {
-            [first, .., last] => write!(f, "mean {first} … {last}"),
-            [one] => write!(f, "{one}"),
+            [first, .., last] => write!(f, "mean {first} … {last} Hz"),
+            [one] => write!(f, "{one} Hz"),
             [] => Ok(()),
         }
     }
@@ -227,41 +244,42 @@ impl std::fmt::Display for Verdict {
     }
 }
 
-fn stated(text: &str) -> Option<(Parameter, Range)> {
+fn stated(text: &str) -> Option<(Single, Range)> {
     let (condition, bands) = match text.split_once('@') {
         Some((condition, bands)) => (condition, self::bands(bands)?),
         None => (text, Bands::All),
     };
+    let named = |name: &str| {
+        Single::named(name.trim()).filter(|single| bands == Bands::All || matches!(single, Single::Of(_)))
+    };
     for (sign, is_most) in [("<=", true), (">=", false)] {
         if let Some((name, value)) = condition.split_once(sign) {
-            let parameter = target::parameter(name).ok()?;
-            let value = number(value, parameter)?;
+            let quantity = named(name)?;
+            let value = number(value, quantity)?;
             let range = if is_most { [f64::NEG_INFINITY, value] } else { [value, f64::INFINITY] };
-            return Some((parameter, Range::Stated(range, bands)));
+            return Some((quantity, Range::Stated(range, bands)));
         }
     }
     let (name, rest) = condition.split_once('=')?;
-    let parameter = target::parameter(name).ok()?;
+    let quantity = named(name)?;
     let (value, tolerance) = rest.split_once('±').or_else(|| rest.split_once("+-"))?;
-    let value = number(value, parameter)?;
-    let tolerance = match tolerance.trim().strip_suffix('%').filter(|_| parameter != Parameter::DefinitionD50)
-    {
+    let value = number(value, quantity)?;
+    let tolerance = match tolerance.trim().strip_suffix('%').filter(|_| quantity.heading().1 != "%") {
         Some(share) => share.trim().parse::<f64>().ok()? / 100.0 * value.abs(),
-        None => number(tolerance, parameter)?,
+        None => number(tolerance, quantity)?,
     };
     let range = [value - tolerance, value + tolerance];
-    (tolerance >= 0.0).then_some((parameter, Range::Stated(range, bands)))
+    (tolerance >= 0.0).then_some((quantity, Range::Stated(range, bands)))
 }
 
-/// A number with its unit, in the unit of the parameter.
-fn number(text: &str, parameter: Parameter) -> Option<f64> {
+/// A number with its unit, in the unit of the quantity.
+fn number(text: &str, quantity: Single) -> Option<f64> {
     let text = text.trim();
-    let units: &[(&str, f64)] = match parameter {
-        Parameter::EarlyDecayTime | Parameter::T20 | Parameter::T30 | Parameter::CenterTime => {
-            &[("ms", 1e-3), ("s", 1.0)]
-        }
-        Parameter::DefinitionD50 => &[("%", 1e-2)],
-        _ => &[("dB", 1.0)],
+    let units: &[(&str, f64)] = match quantity.heading().1 {
+        "s" | "ms" => &[("ms", 1e-3), ("s", 1.0)],
+        "%" => &[("%", 1e-2)],
+        "" => &[("", 1.0)],
+        _ => &[("dB(A)", 1.0), ("dB", 1.0)],
     };
     let (number, factor) =
         units.iter().find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, *factor)))?;
@@ -321,7 +339,7 @@ mod tests {
         let mean = &judged("bb93-primary", &bands)[..];
         assert_eq!(
             (mean.len(), mean[0].to_string(), mean[0].range),
-            (1, "mean 500 … 2000".to_owned(), [0.0, 0.6])
+            (1, "mean 500 … 2000 Hz".to_owned(), [0.0, 0.6])
         );
         assert!((mean[0].value(of).unwrap().value - 0.58).abs() < 1e-12);
         assert_eq!(
@@ -353,7 +371,24 @@ mod tests {
         assert_eq!(range("t30=0.6s±20%@250-2000", 125.0, 1.0), None);
         assert_eq!(range("c50>=2dB", 63.0, 1.0), Some([2.0, f64::INFINITY]));
         near(range("d50=70%±5%", 63.0, 1.0), [0.65, 0.75]);
-        for wrong in ["t30=0.6", "t30=0.6s", "rt60<=1s", "t30<=1dB", "t30<=1s@x", "din"] {
+        near(range("lf>=15%", 63.0, 1.0).map(|[low, _]| [low, 1.0]), [0.15, 1.0]);
+        for (text, quantity, wanted) in
+            [("sti>=0.6", Single::Speech, 0.6), ("LA>=35dB(A)", Single::AWeighted, 35.0)]
+        {
+            let criterion = text.parse::<Criterion>().unwrap();
+            assert_eq!(criterion.quantity, quantity);
+            let judged = criterion.judged(&[], None).unwrap();
+            assert_eq!(
+                (judged.len(), judged[0].range, judged[0].to_string()),
+                (1, [wanted, f64::INFINITY], String::new())
+            );
+        }
+        assert!(Parameter::EVERY.iter().all(|parameter| {
+            format!("{}>=1{}", parameter.short_name(), parameter.heading().1).parse::<Criterion>().is_ok()
+        }));
+        for wrong in
+            ["t30=0.6", "t30=0.6s", "rt60<=1s", "t30<=1dB", "t30<=1s@x", "din", "sti>=0.6@500", "sti>=60%"]
+        {
             assert!(wrong.parse::<Criterion>().unwrap_err().0.contains("din18041-a3"), "{wrong}");
         }
     }

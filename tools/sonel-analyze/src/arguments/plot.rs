@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use sonel::analysis::Parameter;
+use sonel::analysis::single::Single;
 use sonel_console::heard::HeardArguments;
-use sonel_view::Single;
 
 /// `plot`.
 #[derive(Debug, Clone, Args)]
@@ -63,21 +63,20 @@ pub enum What {
 }
 
 fn parse_drawn(text: &str) -> Result<Single, String> {
-    let name = text.trim().to_lowercase();
-    if name == "sti" || name == "speech_transmission_index" {
-        return Ok(Single::Speech);
-    }
     // Of a system alone, which has no plan.
-    let found = Parameter::named(&name).filter(|&parameter| parameter != Parameter::DirectToReverberant);
-    found
-        .map(Single::Of)
-        .ok_or_else(|| format!("\"{text}\" is not a parameter: write one of {}", drawn_names()))
+    let found =
+        Single::named(text.trim()).filter(|&found| found != Single::Of(Parameter::DirectToReverberant));
+    found.ok_or_else(|| format!("\"{text}\" is not a parameter: write one of {}", drawn_names()))
 }
 
 /// Names of parameters, as help and messages list them.
 fn drawn_names() -> String {
     let names = Parameter::ALL.into_iter().chain(Parameter::LATERAL).chain(Parameter::IN_NOISE);
-    names.map(Parameter::short_name).chain(["sti"]).collect::<Vec<_>>().join(", ")
+    names
+        .map(Parameter::short_name)
+        .chain(Single::OF_SEVERAL.map(Single::short_name))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 #[cfg(test)]

@@ -25,8 +25,8 @@ struct Counts {
 
 impl Counts {
     fn of(judged: Judged, target: &Criterion, receivers: &[ReceiverParameters]) -> Self {
-        let value = |receiver: &ReceiverParameters| judged.value(|hz| receiver.in_band(hz, target.parameter));
-        let values: Vec<ParameterValue> = receivers.iter().map(value).collect();
+        let values: Vec<ParameterValue> =
+            receivers.iter().map(|receiver| target.value(&judged, receiver)).collect();
         let count = |wanted| {
             let known = values.iter().filter(|value| value.is_ok());
             known.filter(|value| verdict(judged.range, value) == wanted).count()
@@ -71,15 +71,16 @@ pub(super) fn text(shares: &[Share]) -> String {
                 continue;
             }
         };
-        let (symbol, unit, factor) = target.parameter.heading();
+        let (symbol, unit, factor) = target.quantity.heading();
         for Counts { judged, pass, fail, undecided, without_value } in bands {
+            let at = if judged.bands.is_empty() { String::new() } else { format!(", {judged}") };
             let range = quantity::range(judged.range.map(|end| factor * end));
             let missing = match without_value {
                 0 => String::new(),
                 missing => format!(", {missing} without a value"),
             };
             text.push_str(&format!(
-                "{begin}, {judged} Hz: {symbol} {range} {unit}; receivers: {pass} pass, {fail} fail, {undecided} undecided{missing}\n"
+                "{begin}{at}: {symbol} {range} {unit}; receivers: {pass} pass, {fail} fail, {undecided} undecided{missing}\n"
             ));
         }
     }
@@ -105,7 +106,7 @@ pub(super) fn json(shares: &[Share]) -> Value {
 
 fn band_json(mut entry: Value, target: &Criterion, counts: &Counts) -> Value {
     let Counts { judged, pass, fail, undecided, without_value } = counts;
-    let (_, unit, factor) = target.parameter.heading();
+    let (_, unit, factor) = target.quantity.heading();
     let finite = |end: f64| end.is_finite().then_some(factor * end);
     entry["center_frequency_hz"] = json!(match judged.bands[..] {
         [hz] => Some(hz),

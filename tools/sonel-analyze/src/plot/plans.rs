@@ -5,11 +5,11 @@ use std::path::Path;
 
 use anyhow::bail;
 use sonel::analysis::receiver::parameters_of;
+use sonel::analysis::single::Single;
 use sonel::analysis::{ParameterValue, ReceiverParameters};
 use sonel::drawing::plot::{Axis, Place, Plan, Plans};
 use sonel::scenes::CompiledScene;
 use sonel_console::quantity::counted;
-use sonel_view::Single;
 
 use super::Subject;
 use crate::arguments::Plot;
@@ -27,7 +27,7 @@ pub(super) fn of(
     let scene = map.as_ref().map(|(map, _)| &map.header().scene);
     if let Some(scene) = scene {
         let named = subjects.iter().map(|subject| (subject.name.as_str(), &subject.response));
-        check_scene(named, scene, &mut |text| Ok(writeln!(log, "{text}")?))?;
+        check_scene(named, &[scene], &mut |text| Ok(writeln!(log, "{text}")?))?;
     }
     let each =
         subjects.iter().map(|subject| plan(subject, scene, arguments, log)).collect::<Result<_, _>>()?;
@@ -71,9 +71,9 @@ fn plan(
 fn title(subject: &Subject, arguments: &Plot) -> String {
     let source = &subject.response.source_names[subject.source];
     let band = match (arguments.parameter, arguments.band) {
-        (Single::Speech, _) => String::new(),
-        (_, Some(band)) => format!(", {band} Hz"),
-        (_, None) => ", single number".to_owned(),
+        (Single::Of(_), Some(band)) => format!(", {band} Hz"),
+        (Single::Of(_), None) => ", single number".to_owned(),
+        _ => String::new(),
     };
     format!("{}{band}: \"{source}\", {}", arguments.parameter.heading().0, subject.name)
 }
@@ -85,10 +85,10 @@ fn value(
 ) -> anyhow::Result<ParameterValue> {
     Ok(match (arguments.parameter, arguments.band) {
         (single, None) => single.value(receiver),
-        (Single::Speech, Some(_)) => bail!("the speech transmission index has no bands: omit --band"),
         (Single::Of(parameter), Some(band)) => {
             receiver.bands[subject.band(band)?].parameter(parameter).clone()
         }
+        (several, Some(_)) => bail!("{} has no bands: omit --band", several.heading().0),
     })
 }
 

@@ -31,11 +31,11 @@ impl Session {
                 stem = file.with_extension("");
                 files.push(file.clone());
             }
-            map = stem.with_extension("sonelmap");
+            map = free(&stem, "sonelmap");
             let packets = self.packets.map_or_else(String::new, |packets| format!(" --packets {packets}"));
             commands.push(format!("sonel-trace {} -o {}{packets}", quoted(&file), quoted(&map)));
         }
-        let response = stem.with_extension("npz");
+        let response = free(&stem, "npz");
         let mut render = format!("sonel-render {} -o {}", quoted(&map), quoted(&response));
         if !wish.changes.is_empty() {
             let text = edit::materials(traced, &wish.changes)?;
@@ -69,6 +69,14 @@ fn create(given: &Path, what: &str, ending: &str, text: &str) -> anyhow::Result<
         }
     }
     bail!("{MOST_VERSIONS} versions of {stem}{what}.{ending} exist: delete some")
+}
+
+/// `stem.ending`, or the first numbered one that is free: no command replaces a file.
+fn free(stem: &Path, ending: &str) -> PathBuf {
+    let name = stem.file_name().unwrap_or_default().to_string_lossy();
+    let numbered = (2..MOST_VERSIONS).map(|number| stem.with_file_name(format!("{name}-{number}.{ending}")));
+    let mut names = std::iter::once(stem.with_extension(ending)).chain(numbered);
+    names.find(|path| !path.exists()).unwrap_or_else(|| stem.with_extension(ending))
 }
 
 /// A path as a shell reads it.

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
+use anyhow::bail;
 use serde_json::{Value, json};
 use sonel::analysis::average::single_number;
 use sonel::analysis::{Parameter, ParameterValue, ReceiverParameters};
@@ -23,7 +24,10 @@ use super::edit;
 use super::wishes::{Changed, Changes, LISTENER, Plane, Render, Save, Search, changes};
 use crate::arguments::Arguments;
 use crate::files::Files;
-use crate::page::{self, Subject, Traced, pair, room};
+use crate::page::number::Number;
+use crate::page::pair::{self, Pair};
+use crate::page::room::Room;
+use crate::page::{self, Live, Page, Subject, Traced};
 
 /// Most places of a plane: each takes a rendering and a few milliseconds.
 const MOST_PLACES: f64 = 2000.0;
@@ -73,34 +77,36 @@ impl Session {
     /// When the scene is invalid.
     pub(super) fn open(files: Files, arguments: &Arguments, token: &str) -> anyhow::Result<Arc<Self>> {
         let packets = arguments.packets;
-        let Files { scene: file, map, responses } = files;
-        let mut state = State::default();
-        let mut shown = None;
-        if let Some(path) = &file {
-            let scene = Scene::load(path, &Silent).map_err(spelled)?;
-            let checkup = scene.check().map_err(spelled)?;
-            state.text = scene.to_toml();
-            let name = scene.compiled().name.clone();
-            shown = Some((name, room::json(scene.compiled(), scene.geometry(), Some(&checkup))));
+        let Files { scene: file, mut maps, responses } = files;
+        if maps.len() > 1 {
+            bail!("a served page is of one map: give one, or write a page of several with --output");
         }
-        let (map_file, map) = map.map_or((None, None), |(path, map)| (Some(path), Some(Arc::new(map))));
+        let (map_file, map) =
+            maps.pop().map_or((None, None), |(path, map)| (Some(path), Some(Arc::new(map))));
         let walls = map.as_ref().map(|map| map.walls().map_err(spelled)).transpose()?;
-        if let (Some(map), Some(walls)) = (&map, &walls) {
-            let scene = &map.sonels().header().scene;
-            shown = Some((scene.name.clone(), room::json(scene, walls, None)));
-        }
+        let traced = map.as_ref().zip(walls.as_deref());
+        let traced = traced.map(|(map, walls)| Traced { map: map.sonels(), walls });
         let subjects: Vec<Subject> = responses
             .into_iter()
             .map(|(name, response)| Subject::new(name, response, &arguments.heard))
             .collect::<anyhow::Result<_>>()?;
-        let page = match (subjects.is_empty(), shown) {
-            (true, Some((name, room))) => page::live(&name, &room, token),
-            (_, shown) => {
-                let traced = map.as_ref().zip(walls.as_deref());
-                let traced = traced.map(|(map, walls)| Traced { map: map.sonels(), walls });
-                page::of_responses(&subjects, traced, &arguments.head, shown.is_some().then_some(token))
-            }
+        let mut state = State::default();
+        let mut shown = traced.map(|it| (it.map.header().scene.name.clone(), Room::of_map(it.map, it.walls)));
+        if let Some(path) = &file {
+            let scene = Scene::load(path, &Silent).map_err(spelled)?;
+            let checkup = scene.check().map_err(spelled)?;
+            state.text = scene.to_toml();
+            shown = Some((
+                scene.compiled().name.clone(),
+                Room::of(scene.compiled(), scene.geometry(), Some(&checkup)),
+            ));
+        }
+        let live = shown.is_some().then(|| Live { token: token.to_owned() });
+        let page = match shown {
+            Some((name, room)) if subjects.is_empty() => Page::of_room(&name, room),
+            _ => Page::of_responses(&subjects, traced.as_slice(), &arguments.head),
         };
+        let page = Page { live, ..page }.to_html();
         state.maps = u64::from(map.is_some());
         state.map = map;
         Ok(Arc::new(Self {
@@ -130,9 +136,10 @@ impl Session {
         self.page.clone()
     }
 
-    /// The map of the last trace.
-    fn map(&self) -> Result<Arc<Map>, Refusal> {
-        let map = self.locked().map.clone();
+    /// The map of the last trace, and its number: answers carry it.
+    fn map(&self) -> Result<(Arc<Map>, u64), Refusal> {
+        let state = self.locked();
+        let map = state.map.clone().map(|map| (map, state.maps));
         map.ok_or_else(|| Refusal { status: 425, text: "the scene is being traced".to_owned() })
     }
 
@@ -219,24 +226,25 @@ impl Session {
     /// Parameters, charts and reflections where the listener is.
     pub(super) fn render(&self, wish: &Render) -> Result<Answer, Refusal> {
         let newest = self.newest("render", &wish.window);
-        let map = self.map()?;
+        let (map, number) = self.map()?;
         let options = options(&wish.changes, wish.batches)?;
         let rendered = map.render(&[listener(wish.listener)], &options, &newest)?;
         newest.unless_replaced()?;
         let (response, all, source) = self.read_off(rendered.response, wish.source)?;
         let echograms = response.echograms();
         let walls = map.walls()?;
-        let mut answer = pair::json(echograms, &all[source], (source, 0), Some(&*walls));
-        answer["batches"] = json!(wish.batches);
-        answer["warnings"] = json!(rendered.warnings);
+        let curves = Some(pair::curves(echograms, (source, 0), Some(&*walls)));
+        let pair = Pair { curves, ..Pair::of(&all[source], None) };
         newest.unless_replaced()?;
-        Ok(Answer::Json(answer))
+        Ok(Answer::Json(
+            json!({ "pair": pair, "batches": wish.batches, "warnings": rendered.warnings, "map": number }),
+        ))
     }
 
     /// All parameters at the places of a plane.
     pub(super) fn grid(&self, wish: &Plane) -> Result<Answer, Refusal> {
         let newest = self.newest("grid", &wish.window);
-        let map = self.map()?;
+        let (map, number) = self.map()?;
         let mut options = options(&wish.changes, wish.batches)?;
         options.grid = Some(plane(&map, wish)?);
         let Rendered { response, grid, .. } = map.render(&[], &options, &newest)?;
@@ -247,8 +255,8 @@ impl Session {
         let all = &all[source * places..(source + 1) * places];
         let shown = Parameter::ALL.into_iter().map(|parameter| {
             let (symbol, unit, factor) = parameter.heading();
-            let of_band = |value: &dyn Fn(usize) -> ParameterValue| -> Value {
-                (0..places).map(|place| pair::value(&value(place), factor)).collect()
+            let of_band = |value: &dyn Fn(usize) -> ParameterValue| -> Vec<Number> {
+                (0..places).map(|place| Number::of(&value(place), factor)).collect()
             };
             let single = of_band(&|place| single_number(&all[place], parameter));
             let bands = (0..echograms.bands())
@@ -261,14 +269,14 @@ impl Session {
         newest.unless_replaced()?;
         Ok(Answer::Json(json!({
             "at": echograms.receiver_positions, "spacing": wish.spacing, "parameters": shown,
-            "note": grid.filter(|grid| grid.left_out() > 0).map(|grid| grid.to_string()), "batches": wish.batches,
+            "note": grid.filter(|grid| grid.left_out() > 0).map(|grid| grid.to_string()), "batches": wish.batches, "map": number,
         })))
     }
 
     /// The impulse response at the ears of the listener.
     pub(super) fn sound(&self, wish: &Render) -> Result<Answer, Refusal> {
         let newest = self.newest("sound", &wish.window);
-        let map = self.map()?;
+        let (map, _) = self.map()?;
         let options = RenderOptions { directions: true, ..options(&wish.changes, wish.batches)? };
         let response = map.render(&[listener(wish.listener)], &options, &newest)?.response;
         let source = of_sources(wish.source, response.echograms().sources())?;
@@ -282,7 +290,7 @@ impl Session {
     pub(super) fn materials(&self, wish: &Search) -> Result<Answer, Refusal> {
         let words: Vec<String> = wish.words.split_whitespace().map(str::to_owned).collect();
         let bands = match (&self.scene, self.map()) {
-            (_, Ok(map)) => map.sonels().header().scene.bands.nominal().to_vec(),
+            (_, Ok((map, _))) => map.sonels().header().scene.bands.nominal().to_vec(),
             _ => Vec::new(),
         };
         let found = library::shipped().iter().filter(|entry| entry.matches(&words)).take(MOST_ENTRIES);
@@ -299,7 +307,7 @@ impl Session {
     /// Writes what was changed, and says which commands give the same numbers.
     pub(super) fn save(&self, wish: &Save) -> Result<Answer, Refusal> {
         changes(&wish.changes)?;
-        let map = self.map()?;
+        let (map, _) = self.map()?;
         let saved = self.saved(&map.sonels().header().scene, wish);
         saved.map(Answer::Json).map_err(|error| Refusal::failed(&format!("{error:#}")))
     }

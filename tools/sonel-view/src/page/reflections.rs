@@ -5,34 +5,47 @@
 //! direction from which the rest of its length leads to the source. Other arrivals over edges, and what passed partitions, are not drawn.
 
 use glam::DVec3;
-use serde_json::{Value, json};
+use serde::Serialize;
 use sonel::drawing::plot::{self, Arrival};
 use sonel::echograms::Echograms;
 use sonel::geometry::{Departure, Geometry};
 
-use super::charts::rounded;
-
 /// A way that misses the source by more than this part of its length is another one.
 const MISS: f64 = 1e-3;
 
-/// A coordinate in metres, as exact as a line on a screen.
-fn centimetres(value: f64) -> f64 {
-    (value * 100.0).round() / 100.0
+/// An early reflection in the room.
+#[derive(Debug, Serialize)]
+pub(crate) struct ReflectionPath {
+    /// Number of reflections.
+    pub order: u32,
+    /// Its entry in the legend.
+    pub class: String,
+    /// Delay to the direct sound [ms].
+    pub delay: f64,
+    /// Its part in G [dB].
+    pub strength: f64,
+    /// Between receiver and source, the nearest to the receiver first [m].
+    pub corners: Vec<[f64; 3]>,
 }
 
-/// Ways of the early reflections of source and receiver: corners between them, the nearest to the receiver first.
-pub(super) fn json(response: &Echograms, walls: &Geometry, pair: (usize, usize)) -> Vec<Value> {
+/// Early reflections of source and receiver that can be followed between `walls`.
+pub(super) fn of(response: &Echograms, walls: &Geometry, pair: (usize, usize)) -> Vec<ReflectionPath> {
     let arrivals = plot::arrivals(response, pair, None);
     let last = plot::shown_ms(&arrivals);
-    let way = |arrival: &Arrival| {
+    // As exact as a screen and a line on it.
+    let rounded = |value: f64, steps: f64| (value * steps).round() / steps;
+    let path = |arrival: &Arrival| {
         let corners = corners(response, walls, pair, arrival)?;
-        Some(json!({
-            "order": arrival.order, "class": plot::class_name(arrival.order, arrival.over_edge),
-            "delay": rounded(arrival.delay_ms), "strength": rounded(arrival.strength_db),
-            "corners": corners[1..corners.len() - 1].iter().map(|at| at.to_array().map(centimetres)).collect::<Vec<_>>(),
-        }))
+        let between = &corners[1..corners.len() - 1];
+        Some(ReflectionPath {
+            order: arrival.order,
+            class: plot::class_name(arrival.order, arrival.over_edge),
+            delay: rounded(arrival.delay_ms, 1e4),
+            strength: rounded(arrival.strength_db, 1e4),
+            corners: between.iter().map(|at| at.to_array().map(|value| rounded(value, 100.0))).collect(),
+        })
     };
-    arrivals.iter().filter(|arrival| arrival.delay_ms <= last).filter_map(way).collect()
+    arrivals.iter().filter(|arrival| arrival.delay_ms <= last).filter_map(path).collect()
 }
 
 fn corners(

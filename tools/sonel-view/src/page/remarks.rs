@@ -4,9 +4,12 @@ use std::collections::BTreeMap;
 
 use sonel::analysis::{ReceiverParameters, Unsupported};
 
-/// A sentence for each kind of missing or doubtful parameter, with how many there are.
-pub(super) fn remarks<'a>(parameters: impl Iterator<Item = &'a ReceiverParameters>) -> Vec<String> {
+use super::{Subject, Traced};
+
+/// A sentence for each kind of missing or doubtful parameter, with how many there are, and for each response that is of no map.
+pub(super) fn of(subjects: &[Subject], maps: &[Traced<'_>]) -> Vec<String> {
     let mut found: BTreeMap<&str, usize> = BTreeMap::new();
+    let parameters = subjects.iter().flat_map(|subject| &subject.parameters);
     for estimate in parameters.flat_map(ReceiverParameters::parameters) {
         let sentence = match estimate {
             Err(reason) => Some(missing(reason)),
@@ -16,7 +19,15 @@ pub(super) fn remarks<'a>(parameters: impl Iterator<Item = &'a ReceiverParameter
             *found.entry(sentence).or_default() += 1;
         }
     }
-    found.into_iter().map(|(sentence, count)| format!("{count} of the parameters: {sentence}")).collect()
+    let values = found.into_iter().map(|(sentence, count)| format!("{count} of the parameters: {sentence}"));
+    let is_foreign = |subject: &&Subject| maps.iter().all(|map| !map.holds(subject));
+    let foreign = subjects.iter().filter(|subject| !maps.is_empty() && is_foreign(subject)).map(|subject| {
+        format!(
+            "{} was not rendered from this map: room, effects and ledger are of another run.",
+            subject.name
+        )
+    });
+    values.chain(foreign).collect()
 }
 
 fn missing(reason: &Unsupported) -> &'static str {

@@ -1,0 +1,1 @@
+export { areaY, dot, lineY, link, plot, pointer, rect, ruleX, tip } from '@observablehq/plot';
