@@ -4,7 +4,7 @@
 //! lower than the resolution is rounding, not a number at worst.
 #![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
 
-use std::convert::Infallible;
+use sonel_tracer::TraceError;
 use std::io::Cursor;
 
 use glam::{DVec3, dvec3};
@@ -106,7 +106,7 @@ fn traced(scene: &Scene, geometry: &Geometry, settings: Settings) -> Option<Sone
     let mut writer = MapWriter::begin(Cursor::new(Vec::new())).unwrap();
     let sink = |chunk: sonel_tracer::TracedChunk| {
         writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.ledger).unwrap();
-        Ok::<(), Infallible>(())
+        Ok::<(), TraceError>(())
     };
     Tracer::of(&header, geometry).run(ShardRange::WHOLE, sink).ok()?;
     let bytes = writer.finish(&header, geometry).unwrap().into_inner();
