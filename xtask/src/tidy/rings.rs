@@ -13,7 +13,7 @@ type Ring = (&'static str, usize, &'static [&'static str]);
 const RINGS: [Ring; 6] = [
     (
         "engine",
-        28_500,
+        28_400,
         &[
             "crates/sonel-acoustics/",
             "crates/sonel-sampling/",
@@ -27,7 +27,7 @@ const RINGS: [Ring; 6] = [
             "crates/sonel-echogram/",
         ],
     ),
-    ("results", 9_500, &["crates/sonel-analysis/", "crates/sonel-design/", "crates/sonel-drawing/"]),
+    ("results", 7_300, &["crates/sonel-analysis/", "crates/sonel-design/", "crates/sonel-drawing/"]),
     ("sound", 2_000, &["crates/sonel-sound/"]),
     ("face", 7_000, &["crates/sonel/"]),
     ("programs", 7_400, &["tools/"]),
