@@ -13,9 +13,9 @@ use sonel::scenes::checkup::Checkup;
 /// Walls, materials, sources, receivers, and what a checkup found.
 pub(crate) fn json(scene: &CompiledScene, walls: &Geometry, checkup: Option<&Checkup>) -> Value {
     // A screen shows millimetres of a room that may lie kilometres from the origin.
-    let origin = scene.mesh.vertices.first().copied().unwrap_or_default();
-    let vertices: Vec<u8> = scene
-        .mesh
+    let mesh = walls.mesh();
+    let origin = mesh.vertices.first().copied().unwrap_or_default();
+    let vertices: Vec<u8> = mesh
         .vertices
         .iter()
         .flat_map(|vertex| (*vertex - origin).as_vec3().to_array())
@@ -23,12 +23,21 @@ pub(crate) fn json(scene: &CompiledScene, walls: &Geometry, checkup: Option<&Che
         .collect();
     let areas = areas(scene);
     let materials = scene.materials.iter().enumerate().map(|(index, material)| {
-        let own = scene.mesh.triangles.iter().filter(|triangle| triangle.material as usize == index);
-        let corners: Vec<u8> = own.flat_map(|triangle| triangle.corners).flat_map(u32::to_le_bytes).collect();
+        let of_kind = |is_closed: bool| {
+            let all = (0..).zip(&mesh.triangles);
+            let own = all.filter(move |(at, triangle)| {
+                let is_of_kind = walls.surface(walls.triangle_surface(*at)).closed == is_closed;
+                triangle.material as usize == index && is_of_kind
+            });
+            own.flat_map(|(_, triangle)| triangle.corners)
+        };
+        // Walls before sheets: the backs of walls, which no sound is behind, are not drawn.
+        let corners: Vec<u8> = of_kind(true).chain(of_kind(false)).flat_map(u32::to_le_bytes).collect();
         json!({
             "name": material.name, "area": areas[index], "absorption": material.absorption,
             "scattering": material.scattering, "transmission": material.transmission,
             "law": material.law.to_string(), "source": material.source, "corners": STANDARD.encode(corners),
+            "closed": of_kind(true).count(),
         })
     });
     let sources = scene.sources.iter().map(|source| {
