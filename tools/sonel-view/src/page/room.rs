@@ -85,8 +85,7 @@ fn point(name: &str, position: DVec3) -> Value {
 fn areas(scene: &CompiledScene) -> Vec<f64> {
     let mut areas = vec![0.0; scene.materials.len()];
     for (index, triangle) in scene.mesh.triangles.iter().enumerate() {
-        let [a, b, c] = scene.mesh.corners(index as u32);
-        areas[triangle.material as usize] += 0.5 * (b - a).cross(c - a).length();
+        areas[triangle.material as usize] += scene.mesh.vector_area(index as u32).length();
     }
     areas
 }
