@@ -62,7 +62,7 @@ pub use nearest_side::NearestSide;
 pub use overlaps::Overlap;
 pub use placement::{Misplaced, Obstacle};
 pub use ray::{Departure, Hit};
-pub use rooms::FaceKind;
+pub use rooms::{FaceKind, THICKEST_PARTITION};
 
 pub use section::section;
 pub use sectors::AirSector;

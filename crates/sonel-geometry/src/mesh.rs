@@ -62,7 +62,8 @@ impl Mesh {
     }
 
     /// Vector area of one triangle [m²]: along its normal, as long as its area.
-    pub(crate) fn vector_area(&self, triangle: u32) -> DVec3 {
+    #[must_use]
+    pub fn vector_area(&self, triangle: u32) -> DVec3 {
         let [a, b, c] = self.corners(triangle);
         0.5 * (b - a).cross(c - a)
     }

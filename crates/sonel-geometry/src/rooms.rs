@@ -11,7 +11,7 @@ use glam::DVec3;
 
 /// Largest thickness of a partition [m] (docs/formats/scene.md). Chosen, not measured: above that of masonry; doubled, a passage of 1 to 2 m
 /// between two rooms whose walls transmit is a partition.
-pub(crate) const THICKEST_PARTITION: f64 = 1.0;
+pub const THICKEST_PARTITION: f64 = 1.0;
 
 /// Kind of the faces of a material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

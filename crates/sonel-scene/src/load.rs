@@ -343,10 +343,9 @@ fn compile(
     let geometry =
         walls.as_mut().and_then(|walls| build(walls, &materials, kind, &air_at, closed.as_ref(), &report));
     let source_points: Vec<DVec3> = sources.iter().map(|source| source.point.position).collect();
-    let close_off = |(walls, geometry)| {
+    let geometry = walls.as_ref().zip(geometry).map(|(walls, geometry)| {
         hollow_partitions::close_off(walls, geometry, kind, &mut air_at, &source_points, &report)
-    };
-    let geometry = walls.as_ref().zip(geometry).map(close_off);
+    });
     inspect(geometry.as_ref(), &sources, &receivers, &report);
     let compile_media = |geometry| regions::compile(regions, &interfaces, &sources, geometry, &report);
     let media = geometry.as_ref().and_then(compile_media);

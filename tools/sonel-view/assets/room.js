@@ -98,7 +98,10 @@ class RoomView {
       const solid = geometry.toNonIndexed();
       solid.computeVertexNormals();
       const look = { color: colorOf(index), clippingPlanes: [this.cut] };
-      const faces = new THREE.Mesh(solid, new THREE.MeshLambertMaterial({ ...look, transparent: true, opacity: 0.22, side: THREE.DoubleSide, depthWrite: false }));
+      solid.addGroup(0, material.closed, 0);
+      solid.addGroup(material.closed, Infinity, 1);
+      const [front, both] = [{}, { side: THREE.DoubleSide }].map((side) => new THREE.MeshLambertMaterial({ ...look, ...side, transparent: true, opacity: 0.22, depthWrite: false }));
+      const faces = new THREE.Mesh(solid, [front, both]);
       const edges = new THREE.LineSegments(new THREE.EdgesGeometry(solid, 20), new THREE.LineBasicMaterial({ ...look, transparent: true, opacity: 0.9 }));
       faces.userData.index = index;
       const body = new THREE.Group();

@@ -127,16 +127,22 @@ fn is_permutation(a: [u32; 3], b: [u32; 3]) -> bool {
     a.iter().all(|corner| b.contains(corner))
 }
 
-/// Pairs of lines whose bounds meet, by a sweep along the axis on which fewest do: rows of seats are long and side by side.
+/// The axis on which the bounds of fewest lines meet: rows of seats are long and side by side.
+fn sweep_axis(bounds: &[(DVec3, DVec3)]) -> usize {
+    let meeting = |&axis: &usize| {
+        let mut begins: Vec<f64> = bounds.iter().map(|(low, _)| low[axis]).collect();
+        begins.sort_by(f64::total_cmp);
+        bounds.iter().map(|(_, high)| begins.partition_point(|low| *low <= high[axis])).sum::<usize>()
+    };
+    (0..3).min_by_key(meeting).expect("there are three axes")
+}
+
+/// Pairs of lines whose bounds meet, by a sweep along one axis.
 fn overlapping(lines: &[[u32; 2]], places: &[DVec3], margin: f64) -> Vec<(usize, usize)> {
     let bounds: Vec<(DVec3, DVec3)> = lines.iter().map(|line| bounds(line, places, margin)).collect();
-    let order = |axis: usize| {
-        let mut order: Vec<usize> = (0..lines.len()).collect();
-        order.sort_by(|&a, &b| bounds[a].0[axis].total_cmp(&bounds[b].0[axis]));
-        let begun = |&(_, high): &(DVec3, DVec3)| order.partition_point(|&b| bounds[b].0[axis] <= high[axis]);
-        (bounds.iter().map(begun).sum::<usize>(), axis, order)
-    };
-    let (_, axis, order) = (0..3).map(order).min().expect("there are three axes");
+    let axis = sweep_axis(&bounds);
+    let mut order: Vec<usize> = (0..lines.len()).collect();
+    order.sort_by(|&a, &b| bounds[a].0[axis].total_cmp(&bounds[b].0[axis]));
     let mut pairs = Vec::new();
     for (at, &a) in order.iter().enumerate() {
         for &b in order[at + 1..].iter().take_while(|&&b| bounds[b].0[axis] <= bounds[a].1[axis]) {
@@ -164,26 +170,20 @@ fn sorted<'a>(corners: impl Iterator<Item = &'a u32>) -> Vec<u32> {
 /// For each line the corners in its interior, in order along it.
 fn corners_on(lines: &[[u32; 2]], corners: &[u32], places: &[DVec3], tolerance: f64) -> Vec<Vec<u32>> {
     let place = |corner: u32| places[corner as usize];
-    let orders = [0, 1, 2].map(|axis| {
-        let mut order: Vec<u32> = corners.to_vec();
-        order.sort_by(|&a, &b| place(a)[axis].total_cmp(&place(b)[axis]));
-        order
-    });
-    let on = |line: &[u32; 2]| {
-        let (low, high) = bounds(line, places, tolerance);
-        let within = |axis: usize| {
-            let order = &orders[axis];
-            let first = order.partition_point(|&corner| place(corner)[axis] < low[axis]);
-            &order[first..order.partition_point(|&corner| place(corner)[axis] <= high[axis])]
-        };
-        let near = (0..3).map(within).min_by_key(|near| near.len()).expect("there are three axes").iter();
+    let bounds: Vec<(DVec3, DVec3)> = lines.iter().map(|line| bounds(line, places, tolerance)).collect();
+    let axis = sweep_axis(&bounds);
+    let mut order: Vec<u32> = corners.to_vec();
+    order.sort_by(|&a, &b| place(a)[axis].total_cmp(&place(b)[axis]));
+    let on = |(line, (low, high)): (&[u32; 2], &(DVec3, DVec3))| {
+        let first = order.partition_point(|&corner| place(corner)[axis] < low[axis]);
+        let near = order[first..].iter().take_while(|&&corner| place(corner)[axis] <= high[axis]);
         let share = |corner: u32| share_along(line.map(place), place(corner), tolerance);
         let apart = near.copied().filter(|corner| !line.contains(corner));
         let mut on: Vec<(f64, u32)> = apart.filter_map(|corner| Some((share(corner)?, corner))).collect();
         on.sort_by(|a, b| a.0.total_cmp(&b.0));
         on.into_iter().map(|(_, corner)| corner).collect()
     };
-    lines.iter().map(on).collect()
+    lines.iter().zip(&bounds).map(on).collect()
 }
 
 impl Plane {

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 use sonel_acoustics::Material;
-use sonel_geometry::{CellPlace, Connected, Geometry, Surface, SurfaceId};
+use sonel_geometry::{CellPlace, Connected, Crossing, Geometry, Surface, SurfaceId};
 
 use crate::Scene;
 use crate::notation::{count, number, place};
@@ -44,17 +44,14 @@ pub(super) fn of(geometry: &Geometry, scene: &Scene) -> Vec<String> {
     let crossings: Vec<String> = geometry
         .crossings()
         .iter()
-        .map(|crossing| {
-            let [from, to] = crossing.ends;
-            format!("from ({}) to ({}) m", place(from), place(to))
-        })
+        .map(|Crossing { ends: [from, to] }| format!("from ({}) to ({}) m", place(*from), place(*to)))
         .collect();
     if !crossings.is_empty() {
-        let message =
-            format!("{} of triangles cross: {}", count(crossings.len(), "pair"), listed(&crossings));
-        let triangles = geometry.mesh().triangles.len();
         faults.push(format!(
-            "{message}; they are divided there, which makes {triangles} triangles in all; the volume may be wrong"
+            "{} of triangles cross: {}; they are divided there, which makes {} triangles in all; the volume may be wrong",
+            count(crossings.len(), "pair"),
+            listed(&crossings),
+            geometry.mesh().triangles.len()
         ));
     }
     let slivers = slivers(geometry);

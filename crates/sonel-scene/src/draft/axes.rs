@@ -68,14 +68,9 @@ fn upward(polygons: &Polygons, options: &DraftOptions<'_>, axes: &mut Axes) -> D
     let Some(DVec3 { x, y, z }) = extents(polygons) else { return DVec3::Z };
     let (is_y, reason) = match lying.name {
         Some(name) if along_y.max(along_z) > 0.0 => (along_y > along_z, format!("as \"{name}\" lies")),
-        _ if y < FLAT * x.min(z) => {
-            (true, "the shortest side (a guess: no material is called floor or ceiling)".to_owned())
+        _ if y < FLAT * x.min(z) || is_stood_on(polygons, DVec3::Y) && !is_stood_on(polygons, DVec3::Z) => {
+            (true, "by its sizes (a guess: no material is called floor or ceiling)".to_owned())
         }
-        _ if is_stood_on(polygons, DVec3::Y) && !is_stood_on(polygons, DVec3::Z) => (
-            true,
-            "as most stands at its lower end (a guess: no material is called floor or ceiling)".to_owned(),
-        ),
-        _ if y < z => (false, format!("a guess: if it is {} high, state --up y", number(y))),
         _ => (false, "nothing in the file says otherwise".to_owned()),
     };
     let (axis, name) = if is_y { (DVec3::Y, "y") } else { (DVec3::Z, "z") };
@@ -96,9 +91,8 @@ fn is_stood_on(polygons: &Polygons, axis: DVec3) -> bool {
     let heights = || polygons.vertices.iter().map(|vertex| vertex.dot(axis));
     let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
     let margin = AT_END * (high - low);
-    let at_low = heights().filter(|height| *height <= low + margin).count();
-    let at_high = heights().filter(|height| *height >= high - margin).count();
-    at_low > TIMES_AS_MANY * at_high + OF_BOX
+    let at = |end: f64| heights().filter(|height| (height - end).abs() <= margin).count();
+    at(low) > TIMES_AS_MANY * at(high) + OF_BOX
 }
 
 /// Faces of materials that lie: floors and ceilings.

@@ -11,6 +11,9 @@ use sonel_scene::Scene;
 
 use crate::names::place;
 
+/// Width of the rim of a face that counts as it [m]: positions in feet or of single precision are off by less, and the cracks of that width
+/// are closed by default.
+const RIM: f64 = 1e-3;
 /// A response of so many receivers would take tens of gigabytes.
 pub(super) const MOST_POINTS: f64 = 1e5;
 
@@ -121,7 +124,7 @@ impl Lattice {
             return None;
         }
         // Centred, so that the margins on both sides are equal.
-        let counts = [0, 1].map(|axis| ((high[axis] - low[axis]) / spacing).floor().max(1.0));
+        let counts = [0, 1].map(|axis| ((high[axis] - low[axis] + RIM) / spacing).floor().max(1.0));
         let first = [0, 1].map(|axis| 0.5 * (low[axis] + high[axis]) - 0.5 * spacing * (counts[axis] - 1.0));
         Some(Self { axes, material, spacing, first, counts })
     }
@@ -133,7 +136,7 @@ impl Lattice {
     /// Places of receivers, row by row and upward in each column, and the number of points below another face.
     fn places(&self, geometry: &Geometry, height: f64) -> (Vec<DVec3>, usize) {
         let [across, away] = self.counts.map(|count| count as usize);
-        let clearance = geometry.clearance();
+        let clearance = geometry.clearance().max(2.0 * RIM);
         let mut columns: Vec<Vec<Crossing>> = (0..across * away).map(|_| Vec::new()).collect();
         let mesh = geometry.mesh();
         for (index, triangle) in (0u32..).zip(&mesh.triangles) {
@@ -182,8 +185,8 @@ impl Lattice {
             let low = a[axis].min(b[axis]).min(c[axis]);
             let high = a[axis].max(b[axis]).max(c[axis]);
             let index = |coordinate: f64| (coordinate - self.first[axis]) / self.spacing;
-            let first = (index(low) - 1e-9).ceil().max(0.0);
-            let end = ((index(high) + 1e-9).floor() + 1.0).clamp(0.0, self.counts[axis]);
+            let first = index(low - RIM).ceil().max(0.0);
+            let end = (index(high + RIM).floor() + 1.0).clamp(0.0, self.counts[axis]);
             first as usize..end as usize
         };
         let across = self.counts[0] as usize;
@@ -192,7 +195,12 @@ impl Lattice {
                 let point = self.column([i, j]);
                 let shares =
                     [area(point, b, c), area(point, c, a), area(point, a, b)].map(|part| part / whole);
-                if shares.iter().all(|share| *share >= -1e-12) {
+                // The share at a corner falls to 0 over the height above the opposite side.
+                let is_within = |(share, [from, to]): (&f64, [[f64; 3]; 2])| {
+                    let side = libm::hypot(to[0] - from[0], to[1] - from[1]);
+                    share * whole.abs() >= -RIM * side
+                };
+                if shares.iter().zip([[b, c], [c, a], [a, b]]).all(is_within) {
                     let height = shares[0] * a[2] + shares[1] * b[2] + shares[2] * c[2];
                     columns[j * across + i].push(Crossing { height, is_seat });
                 }
@@ -242,6 +250,19 @@ mod tests {
         // Three by three columns, those of the diagonal on the edge of both triangles.
         let lattice = Lattice::over(DVec3::Z, 1, &geometry, 1.0).unwrap();
         assert_eq!(lattice.places(&geometry, 1.2).0.len(), 9);
+    }
+
+    #[test]
+    fn seats_do_not_depend_on_the_unit() {
+        for unit in [1.0, 0.3048, 0.0254, 0.001] {
+            let mut mesh = Mesh::shoebox([12.0, 8.0, 3.0], [0, 0, 0, 0, 1, 0]);
+            // As written with three decimals.
+            mesh.vertices.iter_mut().for_each(|vertex| *vertex = (*vertex / unit * 1e3).round() / 1e3 * unit);
+            let geometry = Geometry::build(mesh).unwrap();
+            let lattice = Lattice::over(DVec3::Z, 1, &geometry, 1.0).unwrap();
+            let (places, below) = lattice.places(&geometry, 1.2);
+            assert_eq!((places.len(), below), (96, 0), "{unit} m");
+        }
     }
 
     #[test]

@@ -46,6 +46,8 @@ pub(crate) struct Material {
     pub source: Option<String>,
     /// Three 32-bit indices of vertices for each triangle, in base64.
     corners: String,
+    /// How many of these are of walls with nothing behind.
+    closed: usize,
 }
 
 /// Coefficients of a material in every band.
@@ -99,12 +101,21 @@ impl Room {
     /// The room of a scene.
     pub(crate) fn of(scene: &CompiledScene, walls: &Geometry, checkup: Option<&Checkup>) -> Self {
         // A screen shows millimetres of a room that may lie kilometres from the origin.
-        let origin = scene.mesh.vertices.first().copied().unwrap_or_default();
-        let vertices = scene.mesh.vertices.iter().flat_map(|vertex| (*vertex - origin).as_vec3().to_array());
+        let mesh = walls.mesh();
+        let origin = mesh.vertices.first().copied().unwrap_or_default();
+        let vertices = mesh.vertices.iter().flat_map(|vertex| (*vertex - origin).as_vec3().to_array());
         let vertices: Vec<u8> = vertices.flat_map(f32::to_le_bytes).collect();
         let material = |(index, material): (usize, &CompiledMaterial)| {
-            let own = scene.mesh.triangles.iter().filter(|triangle| triangle.material as usize == index);
-            let corners: Vec<u8> = own.flat_map(|own| own.corners).flat_map(u32::to_le_bytes).collect();
+            let of_kind = |is_closed: bool| {
+                let all = (0..).zip(&mesh.triangles);
+                let own = all.filter(move |(at, triangle)| {
+                    let is_of_kind = walls.surface(walls.triangle_surface(*at)).closed == is_closed;
+                    triangle.material as usize == index && is_of_kind
+                });
+                own.flat_map(|(_, triangle)| triangle.corners)
+            };
+            // Walls before sheets: the backs of walls, which no sound is behind, are not drawn.
+            let corners: Vec<u8> = of_kind(true).chain(of_kind(false)).flat_map(u32::to_le_bytes).collect();
             Material {
                 name: material.name.clone(),
                 area: walls.exposed_area(index as u32),
@@ -112,6 +123,7 @@ impl Room {
                 law: material.law.to_string(),
                 source: material.source.clone(),
                 corners: STANDARD.encode(corners),
+                closed: of_kind(true).count(),
             }
         };
         let sources = scene.sources.iter().map(|source| Point {
