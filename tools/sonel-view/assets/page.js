@@ -131,6 +131,7 @@ const rendering = new Steps("render", (answer, of, { isFirst, isLast }) => {
   show(answer.pair, isFirst || isLast, answer.batches !== null);
   shown.of = { answer, wish: of };
   check();
+  if (!shown.isStale) byId("retrace").hidden = true;
   if (isFirst && !shown.isStale) say(answer.warnings.join(" "));
   if (isLast && hearing?.source) refreshSound();
 });
@@ -161,7 +162,8 @@ function changed(isMoved = false) {
 const steps = () => [...shown.steps.slice(0, -1), null];
 function render() {
   check();
-  if (!shown.steps.length) return;
+  // Until a moved source is traced, every answer would be of its former place.
+  if (!shown.steps.length || !same(wanted.sources, placesOf(shown.room))) return;
   say("");
   rendering.wish(wish(), steps());
 }
@@ -316,7 +318,7 @@ async function trace(sources) {
 function refuse(message) {
   wanted.sources = placesOf(shown.room);
   view.placeSources(wanted.sources);
-  check();
+  render();
   say(message, true);
 }
 

@@ -34,7 +34,7 @@ use pair::Pair;
 use requirement::Requirement;
 use room::Room;
 
-/// Pairs of source and receiver with curves of their own: each takes 0.06 MB of the file.
+/// Pairs of source and receiver with curves of their own: each takes 0.05 MB of the file.
 pub(crate) const MOST_PAIRS: usize = 48;
 /// Pairs with values in each band: each takes some 3 kB.
 const MOST_TABLES: usize = 500;
