@@ -15,8 +15,8 @@
 use sonel_acoustics::just_noticeable as noticeable;
 use sonel_echogram::Provenance;
 
-use crate::estimate::{Estimate, NoInterval, ParameterValue, StandardError};
-use crate::jackknife;
+use crate::derived::derived;
+use crate::estimate::{Estimate, Interval, NoInterval, ParameterValue, StandardError};
 use crate::receiver::ReceiverParameters;
 use crate::student::{self, MISSED};
 use crate::window::WINDOWS;
@@ -60,8 +60,8 @@ pub struct Difference {
     pub value: f64,
     /// 95 % interval of this difference alone.
     pub interval: [f64; 2],
-    /// |B − A| in just-noticeable differences.
-    pub just_noticeable: f64,
+    /// |B − A| in just-noticeable differences; none of a window, for which none is known.
+    pub just_noticeable: Option<f64>,
     /// Whether it is beyond noise, tested at the level of the whole comparison.
     pub differs: bool,
 }
@@ -115,8 +115,8 @@ struct Pair<'a> {
     receiver: &'a ReceiverParameters,
     center_frequency_hz: Option<f64>,
     key: &'static str,
-    /// About the value of `a`.
-    just_noticeable: f64,
+    /// About the value of `a`; none where none is known.
+    just_noticeable: Option<f64>,
     a: &'a ParameterValue,
     b: &'a ParameterValue,
 }
@@ -129,7 +129,7 @@ fn pair_up<'a>(receiver: &'a ReceiverParameters, b: &'a ReceiverParameters, pair
             receiver,
             center_frequency_hz: Some(center),
             key: parameter.key(),
-            just_noticeable: parameter.just_noticeable(number(band.parameter(parameter))),
+            just_noticeable: Some(parameter.just_noticeable(number(band.parameter(parameter)))),
             a: band.parameter(parameter),
             b: other.parameter(parameter),
         }));
@@ -138,7 +138,7 @@ fn pair_up<'a>(receiver: &'a ReceiverParameters, b: &'a ReceiverParameters, pair
             receiver,
             center_frequency_hz: Some(center),
             key: window.key,
-            just_noticeable: noticeable::LEVEL_DB,
+            just_noticeable: None,
             a,
             b,
         }));
@@ -147,7 +147,7 @@ fn pair_up<'a>(receiver: &'a ReceiverParameters, b: &'a ReceiverParameters, pair
         receiver,
         center_frequency_hz: None,
         key: "speech_transmission_index",
-        just_noticeable: noticeable::SPEECH_TRANSMISSION_INDEX,
+        just_noticeable: Some(noticeable::SPEECH_TRANSMISSION_INDEX),
         a: &receiver.speech_transmission_index,
         b: &b.speech_transmission_index,
     });
@@ -162,28 +162,22 @@ impl Pair<'_> {
     /// What was `found`, tested at `level`; none without an interval.
     fn tested(&self, found: &Estimate, level: f64) -> Option<Difference> {
         let (error, value) = (found.error?, found.value);
+        let interval @ [low, high] = found.interval.clone().ok()?;
         let rounding = ROUNDING * number(self.a).abs().max(number(self.b).abs());
+        let to_zero = if value > 0.0 { value - low } else { high - value };
+        let noise = |level: f64| student::quantile(level, error.freedom) * error.sigma;
         Some(Difference {
             source: self.receiver.source.clone(),
             receiver: self.receiver.name.clone(),
             center_frequency_hz: self.center_frequency_hz,
             estimate: self.key,
             value,
-            interval: found.interval.clone().ok()?,
-            just_noticeable: value.abs() / self.just_noticeable,
-            differs: value.abs() > student::quantile(level, error.freedom) * error.sigma + rounding,
+            interval,
+            just_noticeable: self.just_noticeable.map(|unit| value.abs() / unit),
+            // What the interval holds beside noise is the same at every level.
+            differs: value.abs() > to_zero + noise(level) - noise(MISSED) + rounding,
         })
     }
-}
-
-/// Standard error of the difference of two estimates that have one.
-fn joint_error(a: &Estimate, b: &Estimate, pairing: Pairing) -> Option<StandardError> {
-    let (error_a, error_b) = (a.error?, b.error?);
-    if pairing == Pairing::Independent || a.weight != b.weight {
-        return Some(welch(error_a, error_b));
-    }
-    let without: Vec<f64> = a.without.iter().zip(&b.without).map(|(a, b)| b - a).collect();
-    Some(jackknife::spread(b.value - a.value, &without, &a.weight).error)
 }
 
 /// What a difference means.
@@ -211,29 +205,40 @@ impl Significance {
     pub fn mark(self) -> &'static str {
         match self.is_beyond_noise {
             Some(false) => " (0)",
-            _ if self.just_noticeable >= 1.0 => " *",
+            Some(true) if self.just_noticeable >= 1.0 => " *",
             _ => "",
         }
     }
 }
 
-/// `b` − `a`, with its 95 % interval; without one where either has none.
+/// `b` − `a`, with its 95 % interval. Estimates that share their batches are subtracted batch by batch; else the sides of both intervals add by
+/// their squares. A single measurement, whose error nobody knows, adds nothing to the interval of a simulation.
 ///
 /// # Errors
 /// The first reason why one of them has no value.
 pub fn difference(a: &ParameterValue, b: &ParameterValue, pairing: Pairing) -> ParameterValue {
-    let (a, b) = (a.as_ref().map_err(Clone::clone)?, b.as_ref().map_err(Clone::clone)?);
-    let value = b.value - a.value;
-    let reason = [a, b].into_iter().find_map(|estimate| estimate.interval.as_ref().err());
-    let joint = joint_error(a, b, pairing);
-    let interval = match (reason, joint) {
-        (None, Some(joint)) => {
-            let half_width = student::quantile(MISSED, joint.freedom) * joint.sigma;
-            Ok([value - half_width, value + half_width])
+    let [first, second] = [a, b].map(|value| value.as_ref().map_err(Clone::clone));
+    let (first, second) = (first?, second?);
+    if pairing == Pairing::Batches && first.weight == second.weight && !first.weight.is_empty() {
+        let joint = derived(|values| values[1] - values[0], [a, b])?;
+        return Ok(Estimate { is_time: false, materials: Vec::new(), ..joint });
+    }
+    let value = second.value - first.value;
+    let interval = match (reaches(first), reaches(second)) {
+        (Ok([below, above]), Ok([less, more])) => {
+            Ok([value - libm::hypot(less, above), value + libm::hypot(more, below)])
         }
-        (reason, _) => Err(reason.cloned().unwrap_or(NoInterval::NoBatches)),
+        (Err(NoInterval::SingleMeasurement), Ok([below, above]))
+        | (Ok([above, below]), Err(NoInterval::SingleMeasurement)) => Ok([value - below, value + above]),
+        (Err(reason), _) | (_, Err(reason)) => Err(reason),
     };
-    Ok(Estimate { error: joint.filter(|_| interval.is_ok()), ..Estimate::bare(value, interval) })
+    let error = first.error.zip(second.error).map(|(a, b)| welch(a, b));
+    Ok(Estimate { error: error.filter(|_| interval.is_ok()), ..Estimate::bare(value, interval) })
+}
+
+/// How far the interval of `estimate` reaches below and above its value.
+fn reaches(estimate: &Estimate) -> Interval {
+    estimate.interval.clone().map(|[low, high]| [estimate.value - low, high - estimate.value])
 }
 
 /// Standard error of a difference, with the degrees of freedom of Welch and Satterthwaite.
@@ -251,6 +256,7 @@ pub(crate) fn welch(a: StandardError, b: StandardError) -> StandardError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::jackknife;
 
     #[test]
     fn sidaks_levels_add_up_to_the_family() {
@@ -259,6 +265,53 @@ mod tests {
             let none = (1.0 - sidak(count)).powi(count as i32);
             assert!((none - 0.99).abs() < 1e-9, "{count}");
         }
+    }
+
+    /// A value from four batches, `without` each of them, whose interval reaches `beside` further than noise.
+    fn of_batches(value: f64, without: [f64; 4], beside: f64) -> Estimate {
+        let weight = vec![0.25; 4];
+        let spread = jackknife::spread(without.iter().sum::<f64>() / 4.0, &without, &weight);
+        let half_width = spread.half_width + beside;
+        Estimate {
+            error: Some(spread.error),
+            without: without.to_vec(),
+            weight,
+            ..Estimate::bare(value, Ok([value - half_width, value + half_width]))
+        }
+    }
+
+    fn half_width(found: &Estimate) -> f64 {
+        let [low, high] = found.interval.clone().unwrap();
+        0.5 * (high - low)
+    }
+
+    #[test]
+    fn differences_of_shared_batches_keep_what_is_beside_noise() {
+        let a = of_batches(2.0, [1.9, 2.0, 2.05, 2.05], 0.0);
+        let b = of_batches(2.5, [2.4, 2.5, 2.55, 2.55], 0.3);
+        let pair = [Ok(a.clone()), Ok(b.clone())];
+        let joint = difference(&pair[0], &pair[1], Pairing::Batches).unwrap();
+        assert!((half_width(&joint) - 0.3).abs() < 1e-12, "{joint:?}");
+        let apart = difference(&pair[0], &pair[1], Pairing::Independent).unwrap();
+        assert!((half_width(&apart) - libm::hypot(half_width(&a), half_width(&b))).abs() < 1e-12);
+        let other = Ok(Estimate { weight: vec![0.1, 0.2, 0.3, 0.4], ..b });
+        let unshared = difference(&pair[0], &other, Pairing::Batches).unwrap();
+        assert!((half_width(&unshared) - half_width(&apart)).abs() < 1e-12, "batches of other weights");
+    }
+
+    /// 2.74 ± 0.32 against a measured 2.951 is noise.
+    #[test]
+    fn a_measurement_is_compared_with_the_interval_of_the_simulation() {
+        let simulated = Ok(Estimate::bare(2.74, Ok([2.40, 3.06])));
+        let measured = |value| Ok(Estimate::bare(value, Err(NoInterval::SingleMeasurement)));
+        let mark = |a: &ParameterValue, b: &ParameterValue| {
+            Significance::of(&difference(a, b, Pairing::Independent).unwrap(), 0.05 * 2.74).mark()
+        };
+        assert_eq!([mark(&simulated, &measured(2.951)), mark(&measured(2.951), &simulated)], [" (0)"; 2]);
+        assert_eq!([mark(&simulated, &measured(3.2)), mark(&measured(2.3), &simulated)], [" *"; 2]);
+        assert_eq!(mark(&measured(2.0), &measured(3.0)), "", "nobody knows the interval");
+        let sharp = Ok(Estimate::bare(2.74, Ok([2.73, 2.75])));
+        assert_eq!(mark(&sharp, &measured(2.80)), "", "beyond the interval and not noticed");
     }
 
     #[test]

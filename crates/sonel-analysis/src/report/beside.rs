@@ -196,7 +196,7 @@ pub fn beside_table(columns: &[Column], is_mean: bool) -> String {
     }
     let materials = of_materials(columns.iter().flat_map(|column| &column.parameters));
     format!(
-        "{text}±: half-width of the 95 % interval{materials}; of differences that of the simulation. (0): not beyond its noise. *: at least one just-noticeable difference.\n{}",
+        "{text}±: half-width of the 95 % interval{materials}; of differences that of the simulation. (0): not beyond it. *: beyond it and at least one just-noticeable difference.\n{}",
         notes.text()
     )
 }

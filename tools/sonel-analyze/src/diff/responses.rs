@@ -135,9 +135,8 @@ fn to_text(comparison: &Comparison, provenance: &[(&str, &Value, &Value)], argum
     }
     for key in keys {
         let of_key = || all.iter().filter(|difference| difference.estimate == key);
-        let Some(largest) = of_key().max_by(|a, b| a.just_noticeable.total_cmp(&b.just_noticeable)) else {
-            continue;
-        };
+        let size = |of: &Difference| of.just_noticeable.unwrap_or(of.value.abs());
+        let Some(largest) = of_key().max_by(|a, b| size(a).total_cmp(&size(b))) else { continue };
         let differ = of_key().filter(|difference| difference.differs).count();
         let _ = writeln!(text, "{key:<31} {:>8} {differ:>7}  {}", of_key().count(), measured(largest));
     }
@@ -196,11 +195,11 @@ fn shortened(value: &Value) -> String {
 
 fn measured(difference: &Difference) -> String {
     let band = difference.center_frequency_hz.map(|center| format!("{center} Hz, ")).unwrap_or_default();
+    let noticed = difference.just_noticeable.map(|size| format!(" ({size:.2} JND)")).unwrap_or_default();
     format!(
-        "{:+.4} ± {:.4} ({:.2} JND), {band}\"{}\" to \"{}\"",
+        "{:+.4} ± {:.4}{noticed}, {band}\"{}\" to \"{}\"",
         difference.value,
         0.5 * (difference.interval[1] - difference.interval[0]),
-        difference.just_noticeable,
         difference.source,
         difference.receiver
     )

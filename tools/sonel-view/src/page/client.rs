@@ -234,7 +234,7 @@ pub(super) fn differences(page: &mut Document, subjects: &[Subject]) {
     }
     page.note(
         "Difference of the single numbers with half of its 95 % interval of the simulation; runs of one map, or of one seed, share their random numbers. (0): not beyond the noise of the simulation. \
-         *: at least one just-noticeable difference.",
+         *: beyond it and at least one just-noticeable difference.",
     );
 }
 

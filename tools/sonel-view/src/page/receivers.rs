@@ -47,7 +47,7 @@ pub(super) fn tables(page: &mut Document, subjects: &[Subject]) {
         page.text(&format!("Tables of {left_out} more pairs of source and receiver are left out: sonel-analyze parameters prints them."));
     }
     page.note(
-        "± half of the 95 % interval. Of differences: (0) not beyond the noise of the simulation, * at least one just-noticeable difference (JND).",
+        "± half of the 95 % interval. Of differences: (0) not beyond the noise of the simulation, * beyond it and at least one just-noticeable difference (JND).",
     );
 }
 
