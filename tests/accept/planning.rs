@@ -133,10 +133,11 @@ fn compare(name: &str, scene: &Scene) -> Record {
         is_traced: false,
         receivers: &receivers,
         parameters: &PLANNED,
+        is_priced: true,
         seconds: None,
     };
     let clock = Stopwatch::start();
-    let pilot = pilot::run(&config, &clock).expect("a pilot");
+    let (pilot, _) = pilot::run(&config, &clock).expect("a pilot");
     let spent = clock.process();
     let traced = room.trace(trace, &mut InMemory, &clock).expect("a run");
     let render = RenderSettings::default();

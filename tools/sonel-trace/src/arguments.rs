@@ -20,7 +20,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "MAP.sonelmap", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
     /// Packets per source (and band with --spectral per-band); with --shard of all shards, with --extend of the whole new
-    /// map, with --until the maximum [default: enough for half-widths of half a just-noticeable difference, 100k at most; 100k
+    /// map, with --until the maximum [default: enough for typical half-widths of half a just-noticeable difference, 100k at most; 100k
     /// with --shard or --mode paper; those of --decision].
     #[arg(long, alias = "sonels", value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub packets: Option<u64>,

@@ -20,8 +20,7 @@ pub(super) fn effort(job: &Job<'_>, settings: &RenderSettings) -> Effort {
     Effort { emissions: traced.emissions, rays: settings.rays(traced.emissions), batches: traced.batches }
 }
 
-/// The plan for rendering the map with `settings`: its scene is traced again, shortly and with other random numbers, and evaluated at the
-/// receivers or, of very many, some of them. Where all may take so many seconds, the pilot takes a part of them.
+/// The plan for rendering the map with `settings`: its first packets are traced again and evaluated at the receivers or, of very many, some of them. Where all may take so many seconds, the pilot takes a part of them.
 pub(super) fn plan(job: &Job<'_>, settings: &RenderSettings, at_most: Option<f64>) -> Result<Plan> {
     let header = job.map.header();
     let geometry = Arc::clone(job.geometry);
@@ -34,9 +33,10 @@ pub(super) fn plan(job: &Job<'_>, settings: &RenderSettings, at_most: Option<f64
         is_traced: true,
         receivers: &evaluation_receivers,
         parameters: &PLANNED,
+        is_priced: true,
         seconds: at_most.map(|seconds| SHARE_OF_TIME * seconds),
     };
-    let pilot = pilot::run(&config, job.watch.clock())?;
+    let (pilot, _) = pilot::run(&config, job.watch.clock())?;
     let map = effort(job, settings);
     Ok(Plan::of_map(pilot, &header.scene, &evaluation_receivers, job.receivers.len(), map, settings.bin))
 }

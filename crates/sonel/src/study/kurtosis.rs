@@ -6,9 +6,6 @@
 //! The tail is estimated from the same batches and never exceeds their number: it is too small where the strong paths are so rare that none was
 //! found.
 
-/// Batches with a larger excess kurtosis have heavy tails: that of the Laplace distribution.
-pub(crate) const HEAVY: f64 = 3.0;
-
 /// Excess kurtosis of `values`, unbiased for normal ones; zero where there are fewer than four or all agree.
 pub(crate) fn excess_kurtosis(values: &[f64]) -> f64 {
     let count = values.len() as f64;

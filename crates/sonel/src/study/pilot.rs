@@ -1,42 +1,37 @@
-//! A short run that predicts intervals and cost of a longer one.
+//! The first packets of a run, which predict intervals and cost of all of it.
 //!
-//! - Its random numbers are not those of the run that it plans, so that the number of emissions it asks for and the run's
-//!   own estimates are independent: intervals of a run planned by a pilot cover as ever.
-//! - It has 32 batches, as a run has: rays fill their directions the better the more of them a batch has. It is longer where that costs
-//!   little, or where the kurtosis of the batches says that few strong paths carry a parameter, whose variance itself scatters (`kurtosis`).
-//! - Its rays follow its packets as those of a run do. Where a map is given and rays are planned, their variance is separated by rendering the
-//!   same map with other and fewer rays.
-//! - A shorter run before it tells fixed times from times per emission.
-//! - Edges, which bring no noise, are heard by the shorter run alone, for their time.
+//! - They are the run's own: the run continues them, so that they cost nothing but their rendering. Their number follows from what they find, which
+//!   leaves intervals as they are within a few per cent of coverage (`tests/accept/stopping.rs`).
+//! - They are looked at again, four times as many, until they say that no more than four times their number is needed: few packets miss the rare
+//!   paths that carry the late decay.
+//! - Rays follow packets as those of a run do. Where a map is given and rays are planned, their variance is separated by rendering the
+//!   same packets with other and fewer rays.
+//! - The look before the last tells fixed times from times per packet.
+//! - Edges, which bring no noise, are heard by the first look alone, for their time.
 //!
 //! Everything but the seconds is a function of scene and settings.
 
 use sonel_analysis::Parameter;
-use sonel_map::Settings;
+use sonel_map::{Settings, SonelMap};
 use sonel_renderer::{Columns, ReceiverPoint, RenderSettings};
 
 use crate::Result;
-use crate::study::kurtosis;
-use crate::study::pipeline::{Clock, InMemory, NoClock, Rendered, Room, TracedMap, render_and_read};
+use crate::study::pipeline::{Clock, InMemory, NoClock, Rendered, Room, TracedMap, render_and_read, trace};
+use crate::study::plan::{ACCURACY, LEAST_PER_BATCH};
 use crate::study::split::{self, RenderedTwice, Variance};
 use crate::study::spread::{Place, Reading, pooled_kurtosis, readings};
 
-/// Batches of each run, as many as a run has by default.
-const BATCHES: u32 = 32;
-/// Emissions of pilots, the most first: 96, 48 and 24 chunks. Chosen, not measured; doubled, pilots take twice as long.
-const EMISSIONS: [u64; 3] = [49_152, 24_576, 12_288];
-/// Most work of a pilot longer than the shortest: segments times rays to evaluation receivers and along the path. Chosen, not measured; doubled,
-/// pilots take up to twice as long.
-const WORK: f64 = 1.2e6;
-/// The same where few strong paths carry a parameter.
-const WORK_FOR_TAILS: f64 = 1e7;
-/// Emissions of the shortest pilot over those of its shorter run, which separates the cost of an emission from that of a start.
-const SHORTER: u64 = 4;
+/// Packets of the first look: 64 in each of 32 batches.
+pub const FIRST: u64 = 2048;
+/// Factor from the packets of a look to the most that it may ask for [1]: half-widths of fewer are too narrow where rare paths count.
+const FARTHEST: u64 = 4;
+/// Most packets of a look, some seconds of a room. Chosen, not measured; doubled, plans of long runs take twice as long.
+const LONGEST: u64 = 32_768;
 /// Rays of a pilot over those of its second rendering, which separates their noise from that of packets.
 const FEWER_RAYS: u32 = 2;
 /// Emissions of [`segments`]: half a chunk. Chosen, not measured.
 pub const FEW: u64 = 256;
-/// Bits that distinguish the seeds of pilots from those of users: the golden ratio's.
+/// Bits that distinguish the seeds of second renderings and of [`segments`] from those of users: the golden ratio's.
 const SEED: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Largest share of a run's time that its pilot takes in CPU seconds [1], even if a single processor works. Chosen, not measured.
@@ -45,7 +40,7 @@ pub const SHARE_OF_TIME: f64 = 0.3;
 /// Result of a pilot.
 #[derive(Debug, Clone)]
 pub struct Pilot {
-    /// Emissions per source of each of its runs (per source and band where bands do not share paths).
+    /// Emissions per source of the last look (per source and band where bands do not share paths).
     pub emissions: u64,
     /// Batches.
     pub batches: u32,
@@ -138,8 +133,9 @@ pub struct PilotConfig<'a> {
     pub receivers: &'a [ReceiverPoint],
     /// Parameters that matter.
     pub parameters: &'a [Parameter],
-    /// CPU seconds that a pilot may take, where the clock matters; its shortest form, a quarter of the shortest otherwise, takes what it
-    /// takes.
+    /// Whether the cost matters, which takes two looks.
+    pub is_priced: bool,
+    /// CPU seconds that a pilot may take, where the clock matters; its first look takes what it takes.
     pub seconds: Option<f64>,
 }
 
@@ -151,7 +147,7 @@ impl PilotConfig<'_> {
     }
 }
 
-/// One of a pilot's runs.
+/// A look at the first packets.
 struct Run {
     emissions: f64,
     rays: u32,
@@ -160,19 +156,27 @@ struct Run {
 }
 
 impl Run {
-    fn of(config: &PilotConfig<'_>, emissions: u64, with_edges: bool, clock: &dyn Clock) -> Result<Self> {
+    fn of(
+        config: &PilotConfig<'_>,
+        emissions: u64,
+        before: Option<&Self>,
+        clock: &dyn Clock,
+    ) -> Result<Self> {
         let PilotConfig { room, receivers, .. } = *config;
-        let seed = config.trace.seed.wrapping_add(1).wrapping_mul(SEED);
-        let settings = Settings { emissions, seed, batches: BATCHES, ..config.trace };
-        let traced = room.trace(settings, &mut InMemory, clock)?;
+        let known = before.map(|before| &before.traced.map);
+        let settings = Settings { emissions, ..config.trace };
+        let header = room.whole_run(settings);
+        let mut traced = trace(&header, room.geometry(), known, &mut InMemory, clock, &mut |_| {})?;
+        // Only new packets are traced; all are written.
+        traced.seconds.trace += before.map_or(0.0, |before| before.traced.seconds.trace);
         let rays = config.rays(emissions);
-        let edges = with_edges && config.render.edges;
+        let edges = before.is_none() && config.render.edges;
         let render = RenderSettings { seed: None, rays: Some(rays), edges, ..config.render.clone() };
         let rendered = render_and_read(&traced.map, room.geometry(), receivers, &render, clock)?;
-        Ok(Self { emissions: settings.emissions as f64, rays, traced, rendered })
+        Ok(Self { emissions: emissions as f64, rays, traced, rendered })
     }
 
-    /// CPU seconds of a run of so many emissions that is heard twice where rays are planned; at the most, as every
+    /// CPU seconds of a look at so many emissions that is heard twice where rays are planned; at the most, as every
     /// phase but that of the deterministic parts is taken to grow in proportion.
     fn seconds_of(&self, emissions: u64, config: &PilotConfig<'_>) -> f64 {
         let (traced, rendered) = (self.traced.seconds, self.rendered.seconds);
@@ -183,35 +187,40 @@ impl Run {
     }
 }
 
-/// Runs a pilot.
+/// Runs a pilot. Returns its packets, too, which the run continues.
 ///
 /// # Errors
 /// The errors of [`Room::trace`] and [`render_and_read`].
-pub fn run(config: &PilotConfig<'_>, clock: &dyn Clock) -> Result<Pilot> {
+pub fn run(config: &PilotConfig<'_>, clock: &dyn Clock) -> Result<(Pilot, SonelMap)> {
     let begin = clock.process();
-    let least = EMISSIONS[EMISSIONS.len() - 1];
-    let shorter = Run::of(config, least / SHORTER, true, clock)?;
-    let ends_in_time = |emissions| {
-        let end = config.seconds.map_or(f64::INFINITY, |seconds| begin + seconds);
-        clock.process() + shorter.seconds_of(emissions, config) <= end
-    };
-    let mut run = None;
-    if !is_heavy(config, &shorter)
-        && let Some(emissions) = lengths(config, &shorter, WORK).find(|&emissions| ends_in_time(emissions))
-    {
-        run = Some(Run::of(config, emissions, false, clock)?);
-    }
-    if is_heavy(config, run.as_ref().unwrap_or(&shorter)) {
-        let known = run.as_ref().map_or(0.0, |run| run.emissions);
-        let longer = |emissions: &u64| *emissions as f64 > known && ends_in_time(*emissions);
-        if let Some(emissions) = lengths(config, &shorter, WORK_FOR_TAILS).find(longer) {
-            run = Some(Run::of(config, emissions, false, clock)?);
+    let batches = config.trace.batches;
+    let first = FIRST.max(LEAST_PER_BATCH * u64::from(batches));
+    let mut before = None;
+    let mut run = Run::of(config, first, None, clock)?;
+    let pilot = loop {
+        let emissions = run.traced.map.header().settings.emissions;
+        let pilot = found(config, before.as_ref().unwrap_or(&run), &run, None);
+        let needed = if pilot.spreads.iter().all(|spread| spread.variance.is_ok()) {
+            pilot.typical_need(ACCURACY, batches).effort.emissions
+        } else {
+            u64::MAX
+        };
+        let next = FARTHEST * emissions;
+        let is_enough = needed <= next && !(config.is_priced && before.is_none());
+        let ends_late = config
+            .seconds
+            .is_some_and(|seconds| clock.process() - begin + run.seconds_of(next, config) > seconds);
+        if is_enough || next > LONGEST || ends_late {
+            break pilot;
         }
+        let longer = Run::of(config, next, Some(&run), clock)?;
+        before = Some(std::mem::replace(&mut run, longer));
+    };
+    if !(config.is_traced && run.rendered.casts_rays) {
+        return Ok((pilot, run.traced.map));
     }
-    let Some(run) = run else { return Ok(found(config, &shorter, &shorter, None)) };
-    let tells_rays = config.is_traced && run.rendered.casts_rays;
-    let fewer = tells_rays.then(|| render_with_fewer_rays(config, &run, clock)).transpose()?;
-    Ok(found(config, &shorter, &run, fewer.as_ref()))
+    let fewer = render_with_fewer_rays(config, &run, clock)?;
+    Ok((found(config, before.as_ref().unwrap_or(&run), &run, Some(&fewer)), run.traced.map))
 }
 
 /// Values of the runs.
@@ -245,20 +254,6 @@ pub fn segments(config: &PilotConfig<'_>) -> Result<f64> {
     let settings = Settings { emissions: FEW, seed: config.trace.seed.wrapping_mul(SEED), ..config.trace };
     let traced = config.room.trace(settings, &mut InMemory, &NoClock)?;
     Ok(traced.ledger.segments as f64 / (FEW * config.room.scene().sources.len() as u64) as f64)
-}
-
-/// Whether few strong paths carry a parameter of `run`: only more emissions find them.
-fn is_heavy(config: &PilotConfig<'_>, run: &Run) -> bool {
-    let found = readings(&run.rendered.parameters, config.parameters);
-    config.parameters.iter().any(|&parameter| pooled_kurtosis(&found, parameter) > kurtosis::HEAVY)
-}
-
-/// Emissions of pilots that have at most `limit` work, and of the shortest; the most first.
-fn lengths(config: &PilotConfig<'_>, shorter: &Run, limit: f64) -> impl Iterator<Item = u64> {
-    let segments = shorter.traced.ledger.segments as f64 / shorter.emissions;
-    let work = segments * (1 + config.receivers.len()) as f64;
-    let least = EMISSIONS[EMISSIONS.len() - 1];
-    EMISSIONS.into_iter().filter(move |&emissions| emissions == least || work * emissions as f64 <= limit)
 }
 
 /// The same map, heard with fewer rays and other choices.
@@ -340,7 +335,7 @@ mod tests {
     }
 
     /// A pilot of a box with walls that scatter by half, heard by `estimator`, that may take `seconds`.
-    fn pilot(estimator: Estimator, seconds: Option<f64>) -> Pilot {
+    fn pilot(estimator: Estimator, is_priced: bool, seconds: Option<f64>) -> Pilot {
         let bands = Bands::new(vec![500.0], BandWidth::Octave).expect("an octave");
         let walls = Material::uniform("walls", 0.3, 0.5, bands.count());
         let scene = Scene::shoebox([6.0, 5.0, 3.0], walls, bands)
@@ -356,9 +351,11 @@ mod tests {
             is_traced: false,
             receivers: &receivers,
             parameters: &PLANNED,
+            is_priced,
             seconds,
         };
-        let pilot = run(&config, &Ticking::default()).expect("a valid scene");
+        let (pilot, map) = run(&config, &Ticking::default()).expect("a valid scene");
+        assert_eq!(map.header().settings.emissions, pilot.emissions);
         let plan = Plan::of_trace(pilot.clone(), &scene, &receivers, 32, 0.001);
         assert!(plan.rows.iter().all(|row| row.price.trace.is_finite() && row.effort.emissions > 0));
         pilot
@@ -366,15 +363,16 @@ mod tests {
 
     #[test]
     fn pilots_are_as_long_as_their_time_and_what_they_find_let_them() {
-        assert!(pilot(Estimator::Auto, None).emissions >= 12_288);
-        assert_eq!(pilot(Estimator::Auto, None).emissions, pilot(Estimator::Auto, Some(1e6)).emissions);
-        let hasty = pilot(Estimator::Auto, Some(3.0));
-        assert_eq!((hasty.emissions, hasty.batches), (3072, 32));
+        assert_eq!(pilot(Estimator::Auto, false, None).emissions, FIRST);
+        let priced = pilot(Estimator::Auto, true, None);
+        assert_eq!(priced.emissions, FARTHEST * FIRST);
+        assert!(priced.costs.trace.fixed > 0.0, "two looks tell what does not grow");
+        assert_eq!(pilot(Estimator::Auto, true, Some(3.0)).emissions, FIRST);
     }
 
     /// Spheres alone: few paths reach them late.
     #[test]
     fn heavy_tails_make_pilots_longer() {
-        assert!(pilot(Estimator::Sphere, None).emissions > pilot(Estimator::Auto, None).emissions);
+        assert!(pilot(Estimator::Sphere, false, None).emissions > FIRST);
     }
 }

@@ -180,8 +180,13 @@ impl<'a> Room<'a> {
         store: &mut impl MapStore,
         clock: &dyn Clock,
     ) -> Result<TracedMap> {
-        let header = whole_run(self.scene, self.effects.clone(), settings);
-        trace(&header, &self.geometry, None, store, clock, &mut |_| {})
+        trace(&self.whole_run(settings), &self.geometry, None, store, clock, &mut |_| {})
+    }
+
+    /// The provenance of the whole run with `settings`.
+    #[must_use]
+    pub fn whole_run(&self, settings: Settings) -> MapHeader {
+        whole_run(self.scene, self.effects.clone(), settings)
     }
 }
 

@@ -10,11 +10,13 @@ use crate::study::forecast::{Effort, Price, least_within, two_digits_up};
 use crate::study::pilot::{Pilot, Spread};
 use crate::study::render_need::RenderNeed;
 use crate::study::response::PART;
-use crate::study::spread::{PLANNED, Place};
+use crate::study::spread::{HalfWidth, PLANNED, Place, unit};
 use crate::study::target::Targets;
 
 /// Accuracies of a plan's rows [JND]: from what is just heard to the 0.05 of comparisons between variants.
 pub const STEPS: [f64; 5] = [1.0, 0.5, 0.2, 0.1, 0.05];
+/// Accuracy of runs whose number of packets nobody states [JND].
+pub const ACCURACY: f64 = 0.5;
 /// Fewest emissions of a batch: fewer make no estimate of their own. Chosen, not measured; doubled, the smallest run is twice as long.
 pub const LEAST_PER_BATCH: u64 = 32;
 /// Most emissions of a plan: their map would have about a petabyte.
@@ -38,7 +40,7 @@ pub struct Row {
     pub just_noticeable: f64,
     /// Packets and rays.
     pub effort: Effort,
-    /// Which parameter needs them; none where the minimum is enough.
+    /// Which parameter needs them, where it is least certain; none where the minimum is enough.
     pub limited_by: Option<Place>,
     /// Packets of a map that has this accuracy, where that at hand has it with no number of rays.
     pub lacking: Option<u64>,
@@ -63,33 +65,78 @@ impl Pilot {
     /// Effort that keeps `targets` in `batches` batches.
     #[must_use]
     pub fn need(&self, targets: &Targets, batches: u32) -> RenderNeed {
-        let fewest = Effort::of_trace(LEAST_PER_BATCH * u64::from(batches), batches);
-        let mut need = RenderNeed { effort: fewest, limited_by: None, lacking: None };
+        let least = Effort::of_trace(LEAST_PER_BATCH * u64::from(batches), batches);
+        let mut need = RenderNeed { effort: least, limited_by: None, lacking: None };
         for spread in &self.spreads {
             let Some(limit) = targets.limit(spread.place, spread.value) else { continue };
             if self.exceeds(spread, need.effort, limit) {
-                need.effort = self.fewest(spread, need.effort, limit);
+                let fewest = fewest(need.effort.emissions, |emissions| {
+                    self.exceeds(spread, Effort::of_trace(emissions, batches), limit)
+                });
+                need.effort = Effort::of_trace(two_digits_up(fewest), batches);
                 need.limited_by = Some(spread.place);
             }
         }
         need
     }
 
+    /// Effort in `batches` batches with which every parameter has a [`Self::typical`] half-width of `limit` [JND] at most. Emissions are one of
+    /// six numbers a decade, so that most seeds lead to the same.
+    #[must_use]
+    pub fn typical_need(&self, limit: f64, batches: u32) -> RenderNeed {
+        let effort = |emissions| Effort::of_trace(emissions, batches);
+        let least = LEAST_PER_BATCH * u64::from(batches);
+        let mut need = RenderNeed { effort: effort(least), limited_by: None, lacking: None };
+        for parameter in PLANNED {
+            let exceeds =
+                |emissions| self.typical(parameter, effort(emissions)).is_some_and(|width| width > limit);
+            if exceeds(need.effort.emissions) {
+                need.effort = effort(six_a_decade_up(fewest(need.effort.emissions, exceeds)));
+                need.limited_by = self.least_certain(parameter, need.effort);
+            }
+        }
+        need
+    }
+
+    /// Root of the mean square over bands and evaluation receivers of the half-widths of `parameter` [JND]; none where none can be read. It
+    /// scatters less between seeds than the widest one does.
+    #[must_use]
+    pub fn typical(&self, parameter: Parameter, effort: Effort) -> Option<f64> {
+        let widths = self.of_parameter(parameter).filter_map(|spread| self.half_width(spread, effort).ok());
+        let squares: Vec<f64> = widths.map(|width| width.total() * width.total()).collect();
+        (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+    }
+
+    /// Where `parameter` has its widest half-width.
+    fn least_certain(&self, parameter: Parameter, effort: Effort) -> Option<Place> {
+        let width = |spread: &&Spread| self.half_width(spread, effort).map_or(0.0, HalfWidth::total);
+        let widest = self.of_parameter(parameter).max_by(|a, b| width(a).total_cmp(&width(b)));
+        widest.map(|spread| spread.place)
+    }
+
     /// Whether half of the interval of `spread` is wider than `limit`.
     pub(crate) fn exceeds(&self, spread: &Spread, effort: Effort, limit: f64) -> bool {
         self.half_width(spread, effort).is_ok_and(|width| width.total() > limit)
     }
+}
 
-    /// The least effort above `least`, with emissions in two digits, with which the parameter of `spread` keeps `limit`.
-    fn fewest(&self, spread: &Spread, least: Effort, limit: f64) -> Effort {
-        let exceeds = |emissions| self.exceeds(spread, Effort::of_trace(emissions, least.batches), limit);
-        let (mut low, mut high) = (least.emissions, least.emissions);
-        while exceeds(high) && high < MOST_EMISSIONS {
-            (low, high) = (high, 2 * high);
-        }
-        let high = least_within(low, high, 1000, exceeds);
-        Effort::of_trace(two_digits_up(high), least.batches)
+/// The least number of emissions from `least` on that does not exceed a limit.
+fn fewest(least: u64, exceeds: impl Fn(u64) -> bool) -> u64 {
+    let (mut low, mut high) = (least, least);
+    while exceeds(high) && high < MOST_EMISSIONS {
+        (low, high) = (high, 2 * high);
     }
+    least_within(low, high, 1000, exceeds)
+}
+
+/// The next of the numbers 1, 1.5, 2.2, 3.2, 4.6 and 6.8 times a power of ten.
+fn six_a_decade_up(number: u64) -> u64 {
+    let steps = |unit: u64| [10, 15, 22, 32, 46, 68, 100].map(|step| step * unit);
+    let mut unit = 1;
+    while steps(unit)[6] < number {
+        unit *= 10;
+    }
+    steps(unit).into_iter().find(|&step| step >= number).unwrap_or(number)
 }
 
 impl Plan {
@@ -103,7 +150,7 @@ impl Plan {
         bin: f64,
     ) -> Self {
         let rows = STEPS.map(|step| {
-            let need = pilot.need(&Targets::just_noticeable(step), batches);
+            let need = pilot.typical_need(step, batches);
             Row::new(step, need, &pilot, scene, evaluation_receivers.len(), bin)
         });
         Self { names: Names::of(scene, evaluation_receivers), rows: rows.into(), pilot }
@@ -184,10 +231,8 @@ impl Pilot {
     #[must_use]
     pub fn widest_in_band(&self, effort: Effort, band: usize, parameter: Parameter) -> Option<Width> {
         let here = self.of_parameter(parameter).filter(|spread| spread.place.band == band);
-        here.filter_map(|spread| {
-            Some(self.width(spread, effort)?.times(parameter.just_noticeable(spread.value?)))
-        })
-        .reduce(Width::wider)
+        here.filter_map(|spread| Some(self.width(spread, effort)?.times(unit(parameter, spread.value?))))
+            .reduce(Width::wider)
     }
 
     /// Widest half-width of `parameter` over bands and evaluation receivers, in just-noticeable differences; none where it cannot be read.
@@ -331,6 +376,25 @@ pub(crate) mod tests {
         assert_eq!(u64::from(of_packets.rays), of_packets.emissions.div_ceil(4));
         assert_eq!(effort(0.001, 0.009), of_packets);
         assert_ne!(effort(0.001, 0.005), of_packets);
+    }
+
+    #[test]
+    fn typical_half_widths_are_root_mean_squares() {
+        let mut pilot = pilot(0.01, 0.0);
+        let place = Place { band: 1, ..pilot.spreads[0].place };
+        let more = Variance { packets: 0.07, areas: 0.0, rays: 0.0, bias: 0.0 };
+        pilot.spreads.push(Spread { place, variance: Ok(more), ..pilot.spreads[0].clone() });
+        let need = pilot.typical_need(0.1, 32);
+        let exact = 10_000.0 * 0.04 * (student_factor(32) / 0.1).powi(2);
+        let ratio = need.effort.emissions as f64 / exact;
+        assert!((1.0..1.5).contains(&ratio), "{ratio}");
+        assert_eq!(need.limited_by, Some(place));
+        assert!(pilot.need(&Targets::just_noticeable(0.1), 32).effort.emissions > need.effort.emissions);
+    }
+
+    #[test]
+    fn numbers_have_six_steps_a_decade() {
+        assert_eq!([1, 10, 11, 1024, 2048, 68_001].map(six_a_decade_up), [10, 10, 15, 1500, 2200, 100_000]);
     }
 
     #[test]

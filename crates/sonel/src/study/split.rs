@@ -7,7 +7,7 @@ use sonel_analysis::comparison::{Pairing, difference};
 use sonel_analysis::estimate::StandardError;
 use sonel_analysis::{Parameter, ReceiverParameters};
 
-use crate::study::spread::{Place, Reading, student_factor};
+use crate::study::spread::{Place, Reading, student_factor, unit};
 
 /// Squares of standard errors in just-noticeable differences.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -44,7 +44,7 @@ impl RenderedTwice<'_> {
             .map(|parameters| parameters[place.row].bands[place.band].parameter(place.parameter));
         let error = difference(first, second, Pairing::Batches).ok().and_then(|difference| difference.error);
         let (Ok(first), Some(StandardError { sigma, .. })) = (first, error) else { return 0.0 };
-        let unit = place.parameter.just_noticeable(first.value);
+        let unit = unit(place.parameter, first.value);
         (sigma / unit) * (sigma / unit) / self.excess
     }
 

@@ -12,6 +12,19 @@ use crate::study::kurtosis::excess_kurtosis;
 pub const PLANNED: [Parameter; 4] =
     [Parameter::Level, Parameter::T30, Parameter::EarlyDecayTime, Parameter::ClarityC80];
 
+/// The just-noticeable difference about `value` that half-widths are counted in. Of clarity it is at least the change that 0.05 of the energy
+/// makes, the difference of definition that is noticed [ISO3382-1]: nobody needs 1 dB of late sound 120 dB below the early one.
+#[must_use]
+pub fn unit(parameter: Parameter, value: f64) -> f64 {
+    let own = parameter.just_noticeable(value);
+    if !matches!(parameter, Parameter::ClarityC50 | Parameter::ClarityC80) {
+        return own;
+    }
+    let ratio = libm::pow(10.0, -0.1 * value.abs());
+    let by_share = 10.0 / std::f64::consts::LN_10 * (1.0 + ratio) * (1.0 + ratio) / ratio;
+    own.max(Parameter::DefinitionD50.just_noticeable(0.0) * by_share)
+}
+
 /// Student's t of a 95 % interval over `batches` batches, at least two.
 #[must_use]
 pub fn student_factor(batches: u32) -> f64 {
@@ -80,7 +93,7 @@ pub fn readings(parameters: &[ReceiverParameters], wanted: &[Parameter]) -> Vec<
                 let estimate = parameters.parameter(parameter);
                 let (value, half_width) = reading(estimate, parameter);
                 let kernel = estimate.as_ref().ok().and_then(|estimate| {
-                    let unit = parameter.just_noticeable(estimate.value);
+                    let unit = unit(parameter, estimate.value);
                     estimate.kernel.map(|k| KernelShift { shift: k.shift / unit, sigma: k.sigma / unit })
                 });
                 let place = Place { row, band, parameter };
@@ -103,7 +116,7 @@ fn reading(estimate: &ParameterValue, parameter: Parameter) -> (Option<f64>, Res
     };
     let half_width = match (&estimate.interval, &estimate.error) {
         (Ok([low, high]), Some(error)) => {
-            let unit = parameter.just_noticeable(estimate.value);
+            let unit = unit(parameter, estimate.value);
             let noise = student::quantile(student::MISSED, error.freedom) * error.sigma;
             Ok(HalfWidth { noise: noise / unit, beside: ((0.5 * (high - low) - noise) / unit).max(0.0) })
         }
@@ -111,4 +124,19 @@ fn reading(estimate: &ParameterValue, parameter: Parameter) -> (Option<f64>, Res
         (_, None) => Err("its batches give no standard error".to_owned()),
     };
     (Some(estimate.value), half_width)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clarity_counts_as_its_share_of_the_energy() {
+        let c80 = |value| unit(Parameter::ClarityC80, value);
+        assert!((c80(0.0) - 1.0).abs() < 1e-12 && (c80(3.0) - 1.0).abs() < 0.01);
+        // D = 0.99: a change by 0.05 of its distance from certainty.
+        assert!((c80(19.956_351_945_975_5) - 0.05 * 10.0 / libm::log(10.0) / (0.99 * 0.01)).abs() < 1e-6);
+        assert!((c80(-10.0) - c80(10.0)).abs() < 1e-12 && c80(121.0) > 1e9);
+        assert!((unit(Parameter::T30, 2.0) - 0.1).abs() < 1e-12);
+    }
 }

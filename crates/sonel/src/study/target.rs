@@ -10,7 +10,7 @@ use std::str::FromStr;
 use sonel_analysis::Parameter;
 use thiserror::Error;
 
-use crate::study::spread::{PLANNED, Place};
+use crate::study::spread::{PLANNED, Place, unit};
 
 /// Several limits, all to be kept.
 #[derive(Debug, Clone, PartialEq)]
@@ -114,10 +114,8 @@ impl Targets {
             Limit::Relative(limit) if parameter.is_noticed_relatively() => {
                 Some(limit / parameter.just_noticeable(1.0))
             }
-            Limit::Relative(limit) => {
-                value.map(|value| limit * value.abs() / parameter.just_noticeable(value))
-            }
-            Limit::Absolute(limit) => value.map(|value| limit / parameter.just_noticeable(value)),
+            Limit::Relative(limit) => value.map(|value| limit * value.abs() / unit(*parameter, value)),
+            Limit::Absolute(limit) => value.map(|value| limit / unit(*parameter, value)),
         }
     }
 }

@@ -14,7 +14,6 @@ use crate::study::pilot::SHARE_OF_TIME;
 use crate::study::pipeline::{self, MapStore, Room, TracedMap};
 use crate::study::plan::Plan;
 use crate::study::room_decay;
-use crate::study::spread::PLANNED;
 use serde_json::{Value, json};
 use sonel_geometry::Geometry;
 use sonel_map::{Ledger, MapHeader, Mode, Settings, SonelMap};
@@ -123,7 +122,7 @@ impl PreparedTrace<'_> {
         watched(observer, |watch| {
             let planner = self.planner();
             let seconds = self.options.at_most.map(|seconds| SHARE_OF_TIME * seconds);
-            let pilot = planner.pilot(&PLANNED, seconds, watch)?;
+            let (pilot, _) = planner.pilot(true, seconds, watch)?;
             let bin = RenderSettings::default().bin;
             let Planner { evaluation_receivers, settings, .. } = &planner;
             Ok(Plan::of_trace(pilot, &self.header.scene, evaluation_receivers, settings.batches, bin))

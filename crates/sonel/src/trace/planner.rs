@@ -5,8 +5,7 @@ use crate::study::pilot::{self, Pilot, PilotConfig};
 use crate::study::pipeline::Room;
 use crate::study::plan;
 use crate::study::spread::PLANNED;
-use sonel_analysis::Parameter;
-use sonel_map::{Settings, ShardRange};
+use sonel_map::{Settings, ShardRange, SonelMap};
 use sonel_renderer::{ReceiverPoint, RenderSettings};
 
 use crate::feasible::Demand;
@@ -35,24 +34,27 @@ impl<'a> Planner<'a> {
         Self { room, settings, evaluation_receivers }
     }
 
-    /// Runs a pilot that looks at `parameters`, in so many CPU `seconds` where they are limited.
+    /// Looks at the first packets of the run, which are returned, too: also at their cost, in so many CPU `seconds` where they are limited,
+    /// where it `is_priced`.
     pub(super) fn pilot(
         &self,
-        parameters: &[Parameter],
+        is_priced: bool,
         seconds: Option<f64>,
         watch: Watch<'_>,
-    ) -> Result<Pilot> {
-        pilot::run(&self.config(parameters, seconds), watch.clock())
+    ) -> Result<(Pilot, SonelMap)> {
+        pilot::run(&self.config(is_priced, seconds), watch.clock())
     }
 
-    fn config<'b>(&'b self, parameters: &'b [Parameter], seconds: Option<f64>) -> PilotConfig<'b> {
+    fn config(&self, is_priced: bool, seconds: Option<f64>) -> PilotConfig<'_> {
         PilotConfig {
             room: &self.room,
             trace: self.settings,
-            render: RenderSettings::default(),
+            // Edges bring no noise, but cost time.
+            render: RenderSettings { edges: is_priced, ..RenderSettings::default() },
             is_traced: false,
             receivers: &self.evaluation_receivers,
-            parameters,
+            parameters: &PLANNED,
+            is_priced,
             seconds,
         }
     }
@@ -74,7 +76,7 @@ impl<'a> Planner<'a> {
         }
         let sources = self.room.scene().sources.len() as f64;
         let begin = watch.clock().process();
-        let segments = pilot::segments(&self.config(&PLANNED, None))?;
+        let segments = pilot::segments(&self.config(false, None))?;
         let each = (watch.clock().process() - begin) / pilot::FEW as f64;
         let map_bytes = VERTEX_BYTES * segments * sources * emissions;
         let memory_bytes = VERTEX_BYTES * segments * plan::EMISSIONS_UNDER_WAY.min(emissions);
