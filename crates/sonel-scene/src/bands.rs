@@ -51,7 +51,25 @@ fn read_table(table: &Table<'_>) -> Option<Bands> {
     for problem in &problems {
         table.report.problem(place(problem, &entry, &centers.readable), format!("{}: {problem}", entry.path));
     }
+    note_speech(&nominal, width, table.report);
     Bands::new(nominal, width).ok().filter(|_| centers.is_complete)
+}
+
+/// Third octaves have no speech transmission index.
+const NEEDS_OCTAVES: &str = "bands: the speech transmission index needs octaves";
+/// Octaves of the speech transmission index [IEC60268-16] [Hz].
+const SPEECH: [f64; 7] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
+
+/// Says before anything is computed what keeps `nominal` bands of most octaves of speech from a speech transmission index.
+fn note_speech(nominal: &[f64], width: BandWidth, report: &Report) {
+    let missing: Vec<f64> = SPEECH.into_iter().filter(|octave| !nominal.contains(octave)).collect();
+    match (width, &missing[..]) {
+        (BandWidth::Third, _) => report.note(NEEDS_OCTAVES),
+        (BandWidth::Octave, [one]) => {
+            report.note(format!("bands: the speech transmission index needs {one} Hz, too"));
+        }
+        _ => {}
+    }
 }
 
 fn read_width(entry: &Entry<'_>) -> Option<BandWidth> {
@@ -74,6 +92,7 @@ fn default_of(width: BandWidth, report: &Report) -> Option<Bands> {
     match width {
         BandWidth::Octave => Some(Bands::octaves()),
         BandWidth::Third => {
+            report.note(NEEDS_OCTAVES);
             let thirds = width.nominal_series().filter(|center| (50.0..=10_000.0).contains(center));
             Bands::new(thirds.collect(), width).ok()
         }

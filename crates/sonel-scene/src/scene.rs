@@ -191,18 +191,6 @@ impl Scene {
         Some(materials)
     }
 
-    /// Materials of every design, and of the scene with one variant that no design has.
-    #[must_use]
-    pub fn other_materials(&self) -> Vec<Vec<Material>> {
-        let designs = self.designs.iter().map(|design| design.choices.clone());
-        let variants = self.variants.iter().zip(0..);
-        let choices = variants.flat_map(|(of, material)| (0..of.len() as u32).map(move |v| (material, v)));
-        let is_alone =
-            |choice: &(u32, u32)| !self.designs.iter().any(|design| design.choices.contains(choice));
-        let alone = choices.filter(is_alone).map(|choice| vec![choice]);
-        designs.chain(alone).filter_map(|choices| self.chosen(&choices)).collect()
-    }
-
     /// Wavelength at the centre of every band [m].
     #[must_use]
     pub fn wavelengths(&self) -> Vec<f64> {
