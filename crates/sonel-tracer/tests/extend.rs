@@ -8,7 +8,7 @@ use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_geometry::{Mesh, MeshTriangle};
 use sonel_map::{EffectState, Event, MapHeader, MapWriter, Mode, Settings, ShardRange, SonelMap, Spectral};
 use sonel_scene::{Effect, Scene, Source};
-use sonel_tracer::{TracedChunk, Tracer};
+use sonel_tracer::{TraceError, TracedChunk, Tracer};
 
 fn scene(absorption: f64, mesh: Mesh) -> Scene {
     let bands = Bands::new(vec![250.0, 500.0, 1000.0], BandWidth::Octave).unwrap();

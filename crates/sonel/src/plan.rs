@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use crate::study::effort::Effort;
+use crate::study::findings::Pilot;
 use crate::study::forecast::Price;
-use crate::study::pilot::Pilot;
 use crate::study::plan::{Names, Plan, Row, Width};
 use crate::study::spread::{HalfWidth, PLANNED, Place, Reading};
 use crate::study::target::Targets;

@@ -5,8 +5,8 @@
 //! N^(−1/3), and with them their bias. The noise of visibility rays is mainly that of their directions: it falls as 1/M.
 
 use crate::study::effort::Effort;
+use crate::study::findings::{Costs, Linear, Pilot, Spread};
 use crate::study::kurtosis;
-use crate::study::pilot::{Costs, Linear, Pilot, Spread};
 use crate::study::split::Variance;
 use crate::study::spread::{HalfWidth, student_factor};
 

@@ -4,7 +4,7 @@
 //! - [`forecast`]: predicted intervals and cost of a run;
 //! - [`render_need`]: rays for a rendering, and packets that the map lacks;
 //! - [`evaluation_receivers`]: where the accuracy of a run is read;
-//! - [`pilot`] and [`spread`]: uncertainty of parameters, now and in longer runs;
+//! - [`pilot`], its [`findings`] and [`spread`]: uncertainty of parameters, now and in longer runs;
 //! - [`plan`]: packets and rays for an accuracy;
 //! - [`room_decay`]: how long a run has to be;
 //! - [`response`]: all sources of a map rendered, and the response made of it;
@@ -17,6 +17,7 @@ pub mod criteria;
 pub mod effects;
 pub mod effort;
 pub mod evaluation_receivers;
+pub mod findings;
 pub mod forecast;
 pub(crate) mod job;
 mod kurtosis;

@@ -7,9 +7,9 @@ use sonel_scene::Scene;
 use sonel_tracer::CHUNKS_IN_FLIGHT;
 
 use crate::study::effort::Effort;
+use crate::study::findings::{Pilot, Spread};
 use crate::study::forecast::{Price, least_within, two_digits_up};
 use crate::study::memory::{PROGRAM, RenderLoad};
-use crate::study::pilot::{Pilot, Spread};
 use crate::study::render_need::RenderNeed;
 use crate::study::spread::{HalfWidth, PLANNED, Place, unit};
 use crate::study::target::Targets;
@@ -282,7 +282,7 @@ impl Pilot {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::study::pilot::Costs;
+    use crate::study::findings::Costs;
     use crate::study::split::Variance;
     use crate::study::spread::student_factor;
 

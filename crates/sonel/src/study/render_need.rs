@@ -7,8 +7,8 @@ use sonel_analysis::{Parameter, ReceiverParameters};
 use sonel_renderer::{Columns, MOST_RAYS};
 
 use crate::study::effort::Effort;
+use crate::study::findings::{Costs, Pilot, Spread, spreads};
 use crate::study::forecast::{least_within, two_digits_up};
-use crate::study::pilot::{Costs, Pilot, Spread, spreads};
 use crate::study::split::RenderedTwice;
 use crate::study::spread::{Place, readings};
 use crate::study::target::Targets;

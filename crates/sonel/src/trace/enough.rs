@@ -4,7 +4,7 @@
 //! as many packets.
 
 use crate::study::effort::Effort;
-use crate::study::pilot::Pilot;
+use crate::study::findings::Pilot;
 use crate::study::pipeline::{MapStore, trace};
 use crate::study::plan::{ACCURACY, Names};
 use crate::study::render_need::RenderNeed;

@@ -1,7 +1,8 @@
 //! Plans of a trace: a pilot predicts the packets required.
 
 use crate::study::evaluation_receivers::evaluation_receivers;
-use crate::study::pilot::{self, Pilot, PilotConfig};
+use crate::study::findings::Pilot;
+use crate::study::pilot::{self, PilotConfig};
 use crate::study::pipeline::Room;
 use crate::study::plan;
 use crate::study::spread::PLANNED;
