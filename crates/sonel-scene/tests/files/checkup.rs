@@ -468,3 +468,24 @@ fn a_drafted_shoebox_is_a_scene_with_a_target_and_materials_to_choose_from() {
     assert!(draft_shoebox([9.0, -7.0, 3.0], &DraftOptions::default()).is_err());
     assert!(draft_shoebox([f64::NAN, 7.0, 3.0], &DraftOptions::default()).is_err());
 }
+
+/// Floor, ceiling and side walls run through under two faces that transmit: what is between them is no air.
+#[test]
+fn the_inside_of_a_partition_of_two_faces_is_no_room() {
+    let face = |x: f64| {
+        let corners = [[x, 0.0, 0.0], [x, 4.0, 0.0], [x, 4.0, 3.0], [x, 0.0, 3.0]];
+        quad(corners).map(|(corners, _)| (corners, "partition"))
+    };
+    let volume = |transmission: f64| {
+        let partition = format!(
+            "[materials]\npartition.absorption = 0.2\npartition.scattering = 0.1\npartition.transmission = {transmission}"
+        );
+        let scene = SCENE.replace("[materials]", &partition);
+        let triangles = [&box_between([0.0; 3], [6.0, 4.0, 3.0])[..], &face(3.0), &face(3.5)].concat();
+        let Checkup { problems, room, .. } = checked(&scene, &triangles);
+        assert!(problems.is_empty(), "{problems:?}");
+        room.unwrap().volume.unwrap()
+    };
+    assert!((volume(0.01) - 66.0).abs() < 1e-6, "{}", volume(0.01));
+    assert!((volume(0.0) - 72.0).abs() < 1e-6, "{}", volume(0.0));
+}
