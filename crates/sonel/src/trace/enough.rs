@@ -69,7 +69,9 @@ impl Expected<'_> {
         let Self { pilot, need, effort } = self;
         let packets = count(effort.emissions);
         let Some(place) = need.limited_by else {
-            return format!("{packets} packets, the minimum, are enough");
+            return format!(
+                "{packets} packets: half-widths are expected to be below {ACCURACY} JND (root mean square)"
+            );
         };
         let [typical, widest] = [
             pilot.typical(place.parameter, *effort),
