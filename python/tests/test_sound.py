@@ -313,7 +313,7 @@ def test_binaural_responses_and_iacc_are_those_of_the_programs_and_of_the_defini
             expected = iacc(*ears[:, window].astype(float), band["center_frequency_hz"])
             assert band[name]["value"] == pytest.approx(expected, abs=0.01), (band, name)
     _, said = run("sonel-analyze", "iacc", tmp_path / "wav/1-source_1-near.wav", code=2)
-    assert "channels of the recording: 1" in said and "--hrtf" in said
+    assert "channels of the recording: 1" in said and "two ears" in said
 
 
 @pytest.mark.parametrize(("rate", "off"), [(32_000, 1e-4), (44_100, 0.12), (96_000, 1e-4)])
@@ -366,12 +366,12 @@ def test_what_makes_no_sound_is_named(room, response, head, tmp_path):
     bare = room.render(SEATS["near"])
     (tmp_path / "text.sofa").write_text("no head")
     for work, message in [
-        (lambda: bare.impulse_responses(ambix=1), "--directions"),
-        (lambda: bare.impulse_responses(hrtf=head), "--directions"),
+        (lambda: bare.impulse_responses(ambix=1), "`directions`"),
+        (lambda: bare.impulse_responses(hrtf=head), "`directions`"),
         (lambda: response.impulse_responses(ambix=8), "from 1 to 7"),
         (lambda: response.impulse_responses(seed=-1), "seed is -1"),
         (lambda: response.impulse_responses(ambix=1, array=ARRAY), "ambix and array exclude each other"),
-        (lambda: bare.impulse_responses(array=ARRAY), "--directions"),
+        (lambda: bare.impulse_responses(array=ARRAY), "`directions`"),
         (lambda: bare.impulse_responses(array=[[0, 0, 1.5]]), "\"microphone 1\" is 1.5 m from its receiver; at most 1 m"),
         (lambda: bare.impulse_responses(array=[[0, 0, 1, 5]]), "microphones are not positions"),
         (lambda: response.impulse_responses(ambix=1, hrtf=head), "exclude each other"),

@@ -34,16 +34,17 @@ fn snippets(text: &str, is_rust: bool) -> Vec<(usize, String)> {
                 found.push((*begin, joined(lines.iter().copied())));
                 begun = None;
             }
-            Some((_, lines)) => {
-                if !["//", "use ", "# "].iter().any(|left_out| line.starts_with(left_out)) {
-                    lines.push(line);
-                }
-            }
+            Some((_, lines)) if !is_left_out(line) => lines.push(line),
             None if ["```rust", "```no_run"].contains(&line) => begun = Some((number, Vec::new())),
-            None => {}
+            _ => {}
         }
     }
     found
+}
+
+/// Whether a line of a snippet is told otherwise: a comment, an import, what pages hide.
+fn is_left_out(line: &str) -> bool {
+    ["//", "use ", "# "].iter().any(|begin| line.starts_with(begin))
 }
 
 #[cfg(test)]
