@@ -239,7 +239,7 @@ fn arrays_that_cannot_be_are_named() {
     for (microphone, message) in [
         (microphone(dvec3(1.2, 0.0, 0.0)), "at most 1 m"),
         (microphone(dvec3(f64::NAN, 0.0, 0.0)), "NaN m from its receiver"),
-        (eight, "--directions"),
+        (eight, "`directions`"),
     ] {
         assert!(synthesized(microphone, &response).unwrap_err().contains(message));
     }

@@ -176,7 +176,7 @@ fn walks_that_cannot_be_are_named() {
     };
     let still = line(PLACE, PLACE, 1.0);
     assert!(walked(&still, Listener::Point).contains("6 receivers, the path has 1 places"));
-    assert!(walked(&path, Listener::Ambisonics(1, DVec3::Z)).contains("--directions"));
+    assert!(walked(&path, Listener::Ambisonics(1, DVec3::Z)).contains("`directions`"));
     assert!(walked(&path, Listener::Array(&[])).contains("no microphones"));
     let through = walk(&response, SLOW, 0, (&path, SPACING), Listener::Point, &[1.0; 100], &|| {
         ControlFlow::Continue(())

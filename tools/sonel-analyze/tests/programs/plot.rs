@@ -107,7 +107,7 @@ fn maps_that_cannot_be_drawn_say_why() {
     for (options, message) in [
         (&["--what", "map"][..], "no receiver has a value"),
         (&["--what", "map", "--band", "500"], "no band of 500 Hz; it has 1000"),
-        (&["--what", "map", "--parameter", "lf", "--band", "1000"], "--directions"),
+        (&["--what", "map", "--parameter", "lf", "--band", "1000"], "render with `directions`"),
         (&["--what", "map", "--parameter", "sti", "--band", "1000"], "omit --band"),
         (&["--what", "map", "--parameter", "rt60"], "is not a parameter: write one of"),
         (&["--what", "decay", "room.sonelmap"], "only --what map uses a map"),
