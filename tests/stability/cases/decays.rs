@@ -213,7 +213,7 @@ fn echograms_beyond_all_measure_are_refused() {
     let air = Air::Attenuation(vec![1e-3]);
     for (settings, remedy) in [
         (RenderSettings::default(), "shorter `duration`"),
-        (RenderSettings { bin: 1e299, air, ..RenderSettings::default() }, "--no-air"),
+        (RenderSettings { bin: 1e299, air, ..RenderSettings::default() }, "without `air`"),
     ] {
         let refused = Renderer::new(&traced.map, &traced.geometry, settings).err().expect("too much");
         assert!(refused.to_string().contains(remedy), "{refused}");
