@@ -104,9 +104,9 @@ fn unmatched(text: &str) -> Vec<&str> {
     words.filter(|word| none.contains(&word.to_ascii_lowercase().as_str())).collect()
 }
 
-/// Keys whose null says by itself what it means (docs/interface.md): an option that was not given, measures of noise
+/// Keys whose null says by itself what it means (docs/interface.md): an option that was not given, what is just noticeable of a window's level, measures of noise
 /// where there is none, a plan for which the fewest packets will do, a cost that was no part of the run, a target that wants no more.
-const SPEAKING_NULLS: [&str; 11] = [
+const SPEAKING_NULLS: [&str; 12] = [
     "order",
     "radius_m",
     "effective_sample_size",
@@ -118,6 +118,7 @@ const SPEAKING_NULLS: [&str; 11] = [
     "worst",
     "rays_wanted",
     "packets_wanted",
+    "just_noticeable_differences",
 ];
 
 /// Paths of nulls without a reason beside them.
