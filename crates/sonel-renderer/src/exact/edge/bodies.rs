@@ -17,7 +17,7 @@ use sonel_diffraction::Complex;
 use sonel_geometry::{Connected, EdgeShape, Geometry, PlaneId, Surface, SurfaceId};
 
 /// Widths per wave from which on edges describe all that a body scatters [1]: 1/1.5. Between 1.2 and 1.8 the error against waves changes by less than
-/// 0.3 dB rms in any octave (docs/diffraction.md).
+/// 0.4 dB rms in any octave (docs/diffraction.md).
 const WIDE: f64 = 1.5;
 /// The body of walls.
 pub(super) const WALL: u32 = u32::MAX;
@@ -136,7 +136,8 @@ fn contacts(geometry: &Geometry, of_surface: &[u32]) -> HashMap<u32, Planes> {
     contacts
 }
 
-/// The floor in the open: the largest surface, if its rim is free and all else is on one side of it, no higher than it is wide: half its area over its diagonal.
+/// The floor in the open: the largest surface, if its rim is free and all else is on one side of it and low: at most half its area over its
+/// diagonal. The side of a box has no free rim, and a screen with a desk before it is not wide enough.
 fn floor(geometry: &Geometry) -> Option<SurfaceId> {
     let ids = (0..geometry.surfaces().len() as u32).map(SurfaceId);
     let largest =
