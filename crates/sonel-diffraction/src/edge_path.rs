@@ -19,7 +19,7 @@
 use std::f64::consts::PI;
 
 use crate::complex::Complex;
-use crate::contour::{Integral, Rule, TEN};
+use crate::contour::Integral;
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::{Wedge, WedgePoint, apex, index, rapidity};
 
@@ -30,6 +30,20 @@ const NEAREST: f64 = 1e-9;
 const SHORTEST: f64 = 1e-3;
 /// Least angle between a path and the boundary of a wave [rad]: nearer, half of the wave is there. Errors of 1e-9 in its amplitude follow.
 const BOUNDARY: f64 = 1e-9;
+
+/// |sinh x|² below which sinh νx is taken from its series.
+const SERIES: f64 = 0.12;
+/// Odd numbers 2k + 1, and 1/((2k + 2)(2k + 3)): what is left out of the series is below 1e-8.
+const RECIPROCALS: [(f64, f64); 8] = {
+    let mut all = [(0.0, 0.0); 8];
+    let mut k = 0;
+    while k < all.len() {
+        let odd = (2 * k + 1) as f64;
+        all[k] = (odd, 1.0 / ((odd + 1.0) * (odd + 2.0)));
+        k += 1;
+    }
+    all
+};
 
 /// Whether the waves that an edge may cut off reach the receiver, as far as the caller knows; the angles decide the rest.
 ///
@@ -86,8 +100,8 @@ pub(crate) struct Secondary {
 }
 
 impl EdgePath {
-    /// The path from `source` to `receiver` over the part of the edge between `part` [m from its start], for wave numbers of at
-    /// least `smallest_k` [1/m].
+    /// The path from `source` to `receiver` over the part of the edge between `part` [m from its start], for wave numbers within
+    /// `range` [1/m].
     #[must_use]
     pub fn new(
         wedge: &Wedge,
@@ -95,20 +109,7 @@ impl EdgePath {
         receiver: WedgePoint,
         part: [f64; 2],
         visible: Visibility,
-        smallest_k: f64,
-    ) -> Self {
-        Self::by(TEN, wedge, source, receiver, part, visible, smallest_k)
-    }
-
-    /// The same with the nodes of `rule`.
-    pub(crate) fn by(
-        rule: &Rule,
-        wedge: &Wedge,
-        source: WedgePoint,
-        receiver: WedgePoint,
-        part: [f64; 2],
-        visible: Visibility,
-        smallest_k: f64,
+        range: [f64; 2],
     ) -> Self {
         let way = apex(source, receiver);
         // An edge that the shortest way passes beside cuts nothing off: whether a wave is there is not its concern.
@@ -117,28 +118,27 @@ impl EdgePath {
         let [low, high] = part.map(|z| rapidity(path.source, path.receiver, z));
         let mut pieces = Vec::with_capacity(3);
         if low < 0.0 && high > 0.0 {
-            pieces.push(path.piece(0.0, path.shortest, 2.0, rule, smallest_k));
-            pieces.push(path.piece(-low, path.length(part[0]), -1.0, rule, smallest_k));
-            pieces.push(path.piece(high, path.length(part[1]), -1.0, rule, smallest_k));
+            pieces.push(path.piece(0.0, path.shortest, 2.0, range));
+            pieces.push(path.piece(-low, path.length(part[0]), -1.0, range));
+            pieces.push(path.piece(high, path.length(part[1]), -1.0, range));
         } else {
             let (near, far) = if low.abs() < high.abs() { (0, 1) } else { (1, 0) };
             let at = [low.abs(), high.abs()];
-            pieces.push(path.piece(at[near], path.length(part[near]), 1.0, rule, smallest_k));
-            pieces.push(path.piece(at[far], path.length(part[far]), -1.0, rule, smallest_k));
+            pieces.push(path.piece(at[near], path.length(part[near]), 1.0, range));
+            pieces.push(path.piece(at[far], path.length(part[far]), -1.0, range));
         }
         Self { detour: path.length(way.clamp(part[0], part[1])), pieces }
     }
 
     /// The path between two points over an edge without ends, about air of `angle` [rad]: one piece.
     pub(crate) fn endless(
-        rule: &Rule,
         angle: f64,
         [source, receiver]: [WedgePoint; 2],
         visible: Visibility,
-        smallest_k: f64,
+        range: [f64; 2],
     ) -> Self {
         let path = Unfolded::new(angle, source, receiver, visible);
-        Self { detour: path.shortest, pieces: vec![path.piece(0.0, path.shortest, 2.0, rule, smallest_k)] }
+        Self { detour: path.shortest, pieces: vec![path.piece(0.0, path.shortest, 2.0, range)] }
     }
 
     /// Length of the shortest way over the edge [m].
@@ -226,7 +226,7 @@ impl Unfolded {
     }
 
     /// `share` times the stretch from η = `from` outwards, where the way has `length` [m].
-    fn piece(&self, from: f64, length: f64, share: f64, rule: &Rule, smallest_k: f64) -> Piece {
+    fn piece(&self, from: f64, length: f64, share: f64, range: [f64; 2]) -> Piece {
         let product = self.source.radius * self.receiver.radius;
         let half_from = libm::sinh(0.5 * from);
         // (cosh η − 1)/2 where the stretch begins.
@@ -236,19 +236,19 @@ impl Unfolded {
         let weighted = |t: f64, weight: f64| {
             // L² − L_e² over 4 r_S r_R t², the rise of (cosh η − 1)/2 per t².
             let per_square = Complex::new(-t * t, -2.0 * length) * (0.25 / product);
-            let (ratio, sine) = if rise > 0.0 {
+            let (t_over_sine, sine) = if rise > 0.0 {
                 let sine = (Complex::real(rise) + per_square * (t * t)).sqrt();
-                (Complex::real(t) / sine, sine)
+                (sine.inverse() * t, sine)
             } else {
                 let root = per_square.sqrt();
-                (Complex::real(1.0) / root, root * t)
+                (root.inverse(), root * t)
             };
             // dη/L = dL/(r_S r_R sinh η) with dL = −2j t dt and sinh η = 2 sinh ½η cosh ½η.
             let cosine = (Complex::real(1.0) + sine * sine).sqrt();
-            let measure = Complex::new(0.0, -weight * turn / product) * ratio / cosine;
-            self.secondary.terms(sine).map(|term| term * measure)
+            let measure = Complex::new(0.0, -weight * turn / product) * t_over_sine * cosine.inverse();
+            self.secondary.terms(sine, cosine).map(|term| term * measure)
         };
-        Piece { length, integral: Integral::new(rule, smallest_k, scale, weighted) }
+        Piece { length, integral: Integral::new(range, scale, weighted) }
     }
 
     /// √(L_0 − L) of the nearest singularity: a wave's straight path L, or the path past the far side of the edge.
@@ -289,19 +289,18 @@ impl Secondary {
         Self { turns: halves.map(libm::sincos), halves, index, is_rim }
     }
 
-    /// Σ β by wave, from sinh ½η: cosh νη − cos 2h = 2 (sinh² ½νη + sin² h).
-    pub(crate) fn terms(&self, half_sine: Complex) -> [Complex; WAVES] {
+    /// Σ β by wave, from sinh ½η and cosh ½η: cosh νη − cos 2h = 2 (sinh² ½νη + sin² h).
+    pub(crate) fn terms(&self, half_sine: Complex, half_cosine: Complex) -> [Complex; WAVES] {
         let square = if self.is_rim {
             // sinh² ¼η = ½ sinh² ½η/(1 + cosh ½η).
-            let square = half_sine * half_sine;
-            square * 0.5 / ((square + Complex::real(1.0)).sqrt() + Complex::real(1.0))
+            half_sine * half_sine * (half_cosine + Complex::real(1.0)).inverse() * 0.5
         } else {
-            let sine = (half_sine.inverse_hyperbolic_sine() * self.index).hyperbolic_sine();
+            let sine = multiple_sine(self.index, half_sine, half_cosine);
             sine * sine
         };
         let [a, b, first, second] = self
             .turns
-            .map(|(sine, cosine)| Complex::real(sine * cosine) / (square + Complex::real(sine * sine)));
+            .map(|(sine, cosine)| (square + Complex::real(sine * sine)).inverse() * (sine * cosine));
         [a + b, first, second]
     }
 
@@ -310,6 +309,22 @@ impl Secondary {
         let nearest = self.halves.iter().map(|half| (half.abs() / self.index).min(0.5 * PI));
         nearest.fold(0.5 * PI, f64::min)
     }
+}
+
+/// sinh νx from sinh x and cosh x, for a real part of x of at least 0, to 1e-8.
+fn multiple_sine(index: f64, sine: Complex, cosine: Complex) -> Complex {
+    if sine.square_of_modulus() < SERIES {
+        // ν sinh x ∏ₖ (1 + (ν² − (2k + 1)²)/((2k + 2)(2k + 3)) sinh² x (1 + …)): exact at small x, where the contours begin.
+        let square = sine * sine;
+        let series = RECIPROCALS.iter().rev().fold(Complex::real(1.0), |series, (odd, reciprocal)| {
+            Complex::real(1.0) + square * series * ((index * index - odd * odd) * reciprocal)
+        });
+        return sine * series * index;
+    }
+    let exponential = sine + cosine;
+    let growth = libm::exp(0.5 * index * libm::log(exponential.square_of_modulus()));
+    let turn = Complex::unit(index * libm::atan2(exponential.im, exponential.re));
+    Complex::new(0.5 * (growth - 1.0 / growth) * turn.re, 0.5 * (growth + 1.0 / growth) * turn.im)
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@
 //!
 //!   H₂ = ½ D₁(S → R′) D₂(P → R) |P R′| e^(jk |P R′|),
 //!
+//! D₂ as far as it depends on the ends of the edge as of a source at S′, the source turned into the plane likewise, and
 //! ½ because a source on a face radiates with its image; the rims of a sheet are joined by both of its sides. In the plane
 //! D₂ jumps by twice the
 //! free field where the way from P crosses the part of the second edge that P sees over the face, and not elsewhere. Every way out of a
@@ -23,11 +24,10 @@
 use glam::DVec3;
 
 use crate::complex::Complex;
-use crate::contour::SIX;
 use crate::edge_path::{EdgePath, Secondary, Visibility, WAVES};
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::{Wedge, WedgePoint, apex};
-use overlap::{Light, Overlap};
+use overlap::Overlap;
 use way::FaceWay;
 use weight::weights;
 
@@ -39,6 +39,9 @@ mod weight;
 /// Least distance of P from the ends of its edge, as a share of the edge's length and of the path's [1]: the contribution of a corner comes
 /// from about it. Chosen, not measured.
 const OFF_THE_ENDS: f64 = 0.25;
+
+/// Distance of places that are one, as a share of the way [1].
+const SAME: f64 = 1e-9;
 
 /// An edge of a face of a solid, or of a sheet, whose sides count as one face.
 #[derive(Debug, Clone, Copy)]
@@ -96,12 +99,12 @@ pub struct End {
 struct FaceQuery {
     /// Angle from a plane [rad] within which [`End::before`] is believed.
     within: f64,
-    smallest_k: f64,
+    range: [f64; 2],
 }
 
 impl FaceQuery {
     fn path(self, edge: &FaceEdge<'_>, from: WedgePoint, to: WedgePoint, lit: Visibility) -> EdgePath {
-        EdgePath::by(SIX, edge.wedge, from, to, edge.part, lit, self.smallest_k)
+        EdgePath::new(edge.wedge, from, to, edge.part, lit, self.range)
     }
 }
 
@@ -110,7 +113,9 @@ impl FaceQuery {
 pub struct FacePath {
     length: f64,
     /// The form that is exact at the receiver's end, and the one at the source's.
-    forms: [Option<Form>; 2],
+    forms: [Form; 2],
+    /// C of either form: one where the way between the ends, unfolded, is straight.
+    products: Vec<Product>,
     overlap: Overlap,
 }
 
@@ -123,43 +128,52 @@ pub struct Lead {
     pub ends: [WedgePoint; 2],
 }
 
-/// A product of the fields of both edges: the second one is lit by a point source on the first.
-#[derive(Debug, Clone)]
+/// What is exact at the end that is not its lead's.
+#[derive(Debug, Clone, Copy)]
 struct Form {
     lead: Lead,
     weight: f64,
-    /// Length of the shortest way [m].
-    length: f64,
-    first: EdgePath,
-    /// The second edge, lit from the first one, and from as far as the sound comes from.
-    near: Beam,
-    far: Beam,
+    /// Where the way begins, about the other edge.
+    afar: WedgePoint,
+    /// |S′R′| [m].
+    whole: f64,
 }
 
-/// The field of a point source past an edge.
+/// The fields of both edges, each as if the other one were not there.
 #[derive(Debug, Clone)]
-struct Beam {
-    path: EdgePath,
-    /// The way to R′ [m].
-    reach: f64,
+struct Product {
+    edges: [EdgePath; 2],
+    /// |S′R′| [m].
+    whole: f64,
 }
 
 impl FacePath {
-    /// The path over both `edges` between `ends`, for wave numbers of at least `smallest_k` [1/m]. Within the angle `within` [rad] of
+    /// The path over both `edges` between `ends`, for wave numbers within `range` [1/m]. Within the angle `within` [rad] of
     /// a plane beyond an edge, on which side of it an end is, is for [`End::before`] to say.
     /// [`None`] where nothing comes over both.
     #[must_use]
-    pub fn new(edges: [FaceEdge<'_>; 2], ends: [End; 2], within: f64, smallest_k: f64) -> Option<Self> {
-        let asked = FaceQuery { within, smallest_k };
+    pub fn new(edges: [FaceEdge<'_>; 2], ends: [End; 2], within: f64, range: [f64; 2]) -> Option<Self> {
+        let asked = FaceQuery { within, range };
         let [first, last] = edges;
         let [source, receiver] = ends;
         let weights = weights(edges, ends.map(|end| end.point));
-        let there = Form::new([&first, &last], ends, weights[0], asked);
-        let mut back = Form::new([&last, &first], [receiver, source], weights[1], asked);
-        back.iter_mut().for_each(|form| form.lead.edge = 1);
+        let there = Form::new([&first, &last], ends, weights[0]);
+        let mut back = Form::new([&last, &first], [receiver, source], weights[1]);
+        back.lead.edge = 1;
         let forms = [there, back];
-        let length = forms.iter().flatten().map(|form| form.length).fold(f64::INFINITY, f64::min);
-        length.is_finite().then(|| Self { length, forms, overlap: Overlap::new(edges, ends, asked) })
+        let is_straight = forms[0].is_along(&forms[1]) && forms[1].is_along(&forms[0]);
+        let needed = forms.iter().filter(|form| form.weight > 0.0);
+        let products: Vec<Product> = needed
+            .map(|form| form.product(edges, ends, asked))
+            .take(if is_straight { 1 } else { 2 })
+            .collect();
+        let length = products.iter().map(Product::length).fold(f64::INFINITY, f64::min);
+        (!products.is_empty()).then(|| Self {
+            length,
+            forms,
+            products,
+            overlap: Overlap::new(edges, ends, asked),
+        })
     }
 
     /// Length of the shortest way over both edges [m].
@@ -168,64 +182,75 @@ impl FacePath {
         self.length
     }
 
+    fn counted(&self) -> impl Iterator<Item = &Form> {
+        self.forms.iter().filter(|form| form.weight > 0.0)
+    }
+
     /// The edges whose waves the path is part of, in the order of [`FacePath::amplitudes`].
     pub fn leads(&self) -> impl Iterator<Item = Lead> + '_ {
-        self.forms.iter().flatten().map(|form| form.lead)
+        self.counted().map(|form| form.lead)
     }
 
     /// Amplitudes by lead, wave number and wave that the leading edge completes, to be multiplied by e^(−jk length) [1/m].
     #[must_use]
     pub fn amplitudes(&self, numbers: &WaveNumbers) -> Vec<Vec<[Complex; WAVES]>> {
         let lights = self.overlap.lights(numbers);
-        let forms = self.forms.iter().zip(&lights);
-        forms
-            .filter_map(|(form, lights)| Some(form.as_ref()?.amplitudes(numbers, self.length, lights)))
-            .collect()
+        let fields: Vec<[Vec<[Complex; WAVES]>; 2]> = self
+            .products
+            .iter()
+            .map(|product| [0, 1].map(|edge| product.edges[edge].fields(numbers)))
+            .collect();
+        let of = |(at, form): (usize, &Form)| {
+            let at = at.min(self.products.len() - 1);
+            let [lead, other] = [form.lead.edge, 1 - form.lead.edge].map(|edge| fields[at][edge].iter());
+            let Product { whole, .. } = self.products[at];
+            let factors =
+                other.zip(&lights[form.lead.edge]).zip(numbers.values()).map(|((other, light), k)| {
+                    let [direct, first, second] = *other;
+                    let turn = Complex::unit(k * (whole + self.length));
+                    (direct + first + second) * *light * turn * (whole * form.weight)
+                });
+            lead.zip(factors).map(|(terms, factor)| terms.map(|term| term * factor)).collect()
+        };
+        self.counted().enumerate().map(of).collect()
     }
 }
 
 impl Form {
     /// The form that is exact at the receiver's end, `weight` times.
-    fn new(
-        [before, last]: [&FaceEdge<'_>; 2],
-        [source, receiver]: [End; 2],
-        weight: f64,
-        asked: FaceQuery,
-    ) -> Option<Self> {
-        if weight <= 0.0 {
-            return None;
-        }
+    fn new([before, last]: [&FaceEdge<'_>; 2], [source, receiver]: [End; 2], weight: f64) -> Self {
         let turned = before.wedge.in_plane(last.beyond(receiver), before.face());
-        let first = asked.path(before, source.point, turned, Visibility::default());
         let way = FaceWay::new([before, last], source.point, receiver);
-        let lit = last.lit(receiver, asked.within);
-        let beam =
-            |from: WedgePoint, reach: f64| Beam { path: asked.path(last, from, receiver.point, lit), reach };
-        let near = beam(way.near, way.lights.distance(way.to));
         let (afar, longer) = way.afar([before, last], source);
-        let far = beam(afar, near.reach + longer);
-        let length = first.detour() + near.path.detour() - near.reach;
-        let lead = Lead { edge: 0, ends: [source.point, turned] };
-        Some(Self { lead, weight, length, first, near, far })
+        let whole = longer + way.lights.distance(way.to);
+        Self { lead: Lead { edge: 0, ends: [source.point, turned] }, weight, afar, whole }
     }
 
-    /// Amplitudes at every wave number by the wave that the leading edge completes, to be multiplied by e^(−jk length) [1/m].
-    fn amplitudes(&self, numbers: &WaveNumbers, length: f64, lights: &[Light]) -> Vec<[Complex; WAVES]> {
-        let left = self.near.left(numbers).into_iter().zip(self.far.left(numbers)).zip(lights);
-        let factors = left.zip(numbers.values()).map(|(((near, far), light), k)| {
-            let lit = far + (near - far) * light.near + far * light.more;
-            lit * (Complex::unit(k * length) * self.weight)
-        });
-        let first = self.first.fields(numbers).into_iter();
-        first.zip(factors).map(|(terms, factor)| terms.map(|term| term * factor)).collect()
+    /// Whether its way begins where that of the `other` form ends.
+    fn is_along(&self, other: &Self) -> bool {
+        let ends = other.lead.ends[1];
+        (self.afar.radius - ends.radius).abs() + (self.afar.along - ends.along).abs() <= SAME * self.whole
+    }
+
+    fn product(&self, edges: [FaceEdge<'_>; 2], ends: [End; 2], asked: FaceQuery) -> Product {
+        let beyond =
+            if self.lead.edge == 0 { [self.lead.ends[1], self.afar] } else { [self.afar, self.lead.ends[1]] };
+        let path = |edge: usize| {
+            asked.path(
+                &edges[edge],
+                beyond[edge],
+                ends[edge].point,
+                edges[edge].lit(ends[edge], asked.within),
+            )
+        };
+        Product { edges: [path(0), path(1)], whole: self.whole }
     }
 }
 
-impl Beam {
-    /// The share of the sound at R′ that there is at the receiver, at every wave number.
-    fn left(&self, numbers: &WaveNumbers) -> Vec<Complex> {
-        let free = |k: &f64| Complex::unit(k * self.reach) * self.reach;
-        self.path.totals(numbers).into_iter().zip(numbers.values()).map(|(left, k)| left * free(k)).collect()
+impl Product {
+    /// Length of the shortest way over both edges [m].
+    fn length(&self) -> f64 {
+        self.edges.iter().map(EdgePath::detour).sum::<f64>() - self.whole
     }
 }
 

@@ -18,7 +18,6 @@
 use glam::DVec3;
 
 use crate::complex::Complex;
-use crate::contour::FOUR;
 use crate::edge_path::{EdgePath, Visibility, WAVES};
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::{Wedge, WedgePoint, apex};
@@ -103,7 +102,7 @@ pub struct EdgePair {
 impl EdgePair {
     /// The path between two `ends` [m] along `way`; none where an edge is behind the other one.
     #[must_use]
-    pub fn new(edges: [PartOfEdge<'_>; 2], ends: [DVec3; 2], way: &PairWay, smallest_k: f64) -> Option<Self> {
+    pub fn new(edges: [PartOfEdge<'_>; 2], ends: [DVec3; 2], way: &PairWay, range: [f64; 2]) -> Option<Self> {
         let [first, last] = edges;
         let [p, q] = way.places;
         let [before, apart, behind] = way.legs;
@@ -114,9 +113,8 @@ impl EdgePair {
         let beyond = first.wedge.locate(unfolded[0])?;
         let afar = last.wedge.locate(unfolded[1])?;
         let lit = Visibility::default();
-        let path = |edge: PartOfEdge<'_>, from, to| {
-            EdgePath::by(FOUR, edge.wedge, from, to, edge.part, lit, smallest_k)
-        };
+        let path =
+            |edge: PartOfEdge<'_>, from, to| EdgePath::new(edge.wedge, from, to, edge.part, lit, range);
         let alone = [path(first, source, beyond), path(last, afar, receiver)];
         let across = [first, last].map(|edge| {
             let direction = edge.wedge.direction();
@@ -125,9 +123,8 @@ impl EdgePair {
         let cosine = across[0].dot(across[1]);
         let square = cosine * cosine * before * behind / ((before + apart) * (apart + behind));
         let gamma = 1.0 / (1.0 - square).max(1e-6).sqrt();
-        let endless = |edge: PartOfEdge<'_>, from, to| {
-            EdgePath::endless(FOUR, edge.wedge.angle(), [from, to], lit, smallest_k)
-        };
+        let endless =
+            |edge: PartOfEdge<'_>, from, to| EdgePath::endless(edge.wedge.angle(), [from, to], lit, range);
         let near = [first.wedge.locate(q)?, last.wedge.locate(p)?];
         let transitions = (gamma > 1.0 + 1e-3).then(|| {
             [

@@ -11,8 +11,6 @@ pub struct WaveNumbers {
     values: Vec<f64>,
     /// Index of the one that is half as large: e^(−kp) is then the square of what it is there.
     halves: Vec<Option<usize>>,
-    /// Index of the one that is four times as large: e^(−k 4p) is what is there at p.
-    fourfold: Vec<Option<usize>>,
 }
 
 impl WaveNumbers {
@@ -23,8 +21,7 @@ impl WaveNumbers {
             let is_it = |k: &f64| (k - wanted).abs() <= 4.0 * f64::EPSILON * wanted;
             values.iter().position(is_it)
         };
-        let [halves, fourfold] = [0.5, 4.0].map(|times| values.iter().map(|k| find(times * k)).collect());
-        Self { values, halves, fourfold }
+        Self { halves: values.iter().map(|k| find(0.5 * k)).collect(), values }
     }
 
     /// The wave numbers [1/m], ascending.
@@ -39,13 +36,18 @@ impl WaveNumbers {
         // Powers of what is next to 1 would be rounding.
         let are_next_to_one = self.values.last().is_some_and(|k| k * p < SMALLEST);
         let left = self.values.partition_point(|k| k * p <= SPENT);
-        for index in 0..left {
-            let fourfold = self.fourfold[index].filter(|_| hold_quarter && !are_next_to_one);
-            decays[index] = match (fourfold, self.halves[index]) {
-                (Some(fourfold), _) => decays[fourfold],
-                (None, Some(half)) => decays[half] * decays[half],
-                (None, None) => libm::exp(-self.values[index] * p),
-            };
+        if hold_quarter && !are_next_to_one {
+            for decay in &mut decays[..left] {
+                let square = *decay * *decay;
+                *decay = square * square;
+            }
+        } else {
+            for index in 0..left {
+                decays[index] = match self.halves[index] {
+                    Some(half) => decays[half] * decays[half],
+                    None => libm::exp(-self.values[index] * p),
+                };
+            }
         }
         &decays[..left]
     }

@@ -23,7 +23,7 @@ use std::f64::consts::PI;
 
 use super::{End, FaceEdge, FaceQuery};
 use crate::complex::Complex;
-use crate::contour::{Integral, SIX};
+use crate::contour::Integral;
 use crate::edge_path::{EdgePath, Secondary, Visibility};
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::WedgePoint;
@@ -75,7 +75,7 @@ impl Narrow {
         let alike = (first.wedge.angle() - last.wedge.angle()).abs() <= f64::EPSILON;
         let back = |edge: &FaceEdge<'_>| Back::new(edge.wedge.angle(), width, asked);
         let back = (back(&first), (!alike).then(|| back(&last)));
-        Self { width, integral: integral(edges, width, asked.smallest_k), back }
+        Self { width, integral: integral(edges, width, asked.range), back }
     }
 
     /// At every wave number.
@@ -107,7 +107,7 @@ impl Back {
         let on_face = |radius: f64| WedgePoint { radius, angle: 0.0, along: 0.0 };
         let paths = [width, FAR * width].map(|from| {
             let ends = [from, width].map(on_face);
-            (EdgePath::endless(SIX, angle, ends, Visibility::default(), asked.smallest_k), from + width)
+            (EdgePath::endless(angle, ends, Visibility::default(), asked.range), from + width)
         });
         Self { paths }
     }
@@ -125,20 +125,21 @@ impl Back {
 
 /// Σβ of one edge, of the other one, and of both, in shares of what they are at η = 0: each integral is 1 over 2√(k/π) where they do not
 /// change.
-fn integral(edges: [Secondary; 2], width: f64, smallest_k: f64) -> Integral<3> {
-    let total = |edge: &Secondary, half_sine: Complex| {
-        let [direct, first, second] = edge.terms(half_sine);
+fn integral(edges: [Secondary; 2], width: f64, range: [f64; 2]) -> Integral<3> {
+    let total = |edge: &Secondary, half_sine: Complex, half_cosine: Complex| {
+        let [direct, first, second] = edge.terms(half_sine, half_cosine);
         direct + first + second
     };
-    let most = [0, 1].map(|edge| total(&edges[edge], Complex::ZERO));
+    let most = [0, 1].map(|edge| total(&edges[edge], Complex::ZERO, ONE));
     let nearest = edges.iter().map(Secondary::nearest).fold(0.5 * PI, f64::min);
     let scale = libm::sin(nearest) * (2.0 * width).sqrt();
     // sinh ½η = t √(−j/2a).
     let per_t = Complex::new(0.0, -0.5 / width).sqrt();
-    Integral::new(SIX, smallest_k, scale, |t, weight| {
+    Integral::new(range, scale, |t, weight| {
         let sine = per_t * t;
-        let measure = ONE / (ONE + sine * sine).sqrt() * weight;
-        let [first, last] = [0, 1].map(|edge| total(&edges[edge], sine) / most[edge]);
+        let cosine = (ONE + sine * sine).sqrt();
+        let measure = cosine.inverse() * weight;
+        let [first, last] = [0, 1].map(|edge| total(&edges[edge], sine, cosine) / most[edge]);
         [first, last, first * last].map(|value| value * measure)
     })
 }

@@ -23,21 +23,11 @@ use super::narrow::{Narrow, Narrowness, ONE};
 use super::way::FaceWay;
 use super::{End, FaceEdge, FaceQuery};
 use crate::complex::Complex;
-use crate::contour::SIX;
 use crate::edge_path::EdgePath;
 use crate::wave_numbers::WaveNumbers;
 
 /// Summand that keeps quotients by γ − 1 finite [1]; its effect is of that order, 0.01 dB.
 const ALIKE: f64 = 1e-3;
-
-/// How an edge is lit, in shares of its field lit from where the way begins.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Light {
-    /// What comes from the edge before instead.
-    pub near: Complex,
-    /// What a narrow face adds.
-    pub more: Complex,
-}
 
 /// How both forms of the product over two edges are lit.
 #[derive(Debug, Clone)]
@@ -73,8 +63,8 @@ impl Overlap {
         Self { narrow: Narrow::new([first, last], [source, receiver], width, asked), ends: [there, back] }
     }
 
-    /// How the receiver's edge is lit in its form, and the source's in the other, at every wave number.
-    pub(super) fn lights(&self, numbers: &WaveNumbers) -> [Vec<Light>; 2] {
+    /// By what C has to be multiplied in the receiver's form and in the source's, at every wave number.
+    pub(super) fn lights(&self, numbers: &WaveNumbers) -> [Vec<Complex>; 2] {
         let [last, first] = [0, 1].map(|end| self.ends[end].ratios(numbers));
         let share = |ratio: Complex, end: usize| (ratio - ONE) * (1.0 / (self.ends[end].most - 1.0 + ALIKE));
         let of = |((&last, &first), narrow): ((&Complex, &Complex), Narrowness)| {
@@ -92,7 +82,7 @@ impl Transition {
         let (far, longer) = way.afar([first, last], source);
         let lit = last.lit(receiver, asked.within);
         let angle = last.wedge.angle();
-        let endless = |from| EdgePath::endless(SIX, angle, [from, receiver.point], lit, asked.smallest_k);
+        let endless = |from| EdgePath::endless(angle, [from, receiver.point], lit, asked.range);
         let [apart, behind] = way.lengths;
         let (reach, whole) = (apart + behind, longer + apart + behind);
         Self {
@@ -104,13 +94,11 @@ impl Transition {
         }
     }
 
-    /// How the edge is lit, where this is its own share and that of the other one.
-    fn light(&self, [own, other]: [Complex; 2], narrow: Narrowness) -> Light {
+    /// How much louder the edge is than lit from where the way begins, where this is its own share and that of the other one.
+    fn light(&self, [own, other]: [Complex; 2], narrow: Narrowness) -> Complex {
         let alone = 3.0 / (1.0 + 2.0 * self.most);
-        let near = other / ((own + other - own * other) * (1.0 - alone) + Complex::real(alone));
-        let whole = near * own + narrow.lacking;
-        let more = narrow.lacking + whole * (narrow.repeated - ONE);
-        Light { near, more: more * (self.most - 1.0) }
+        let both = own * other / ((own + other - own * other) * (1.0 - alone) + Complex::real(alone));
+        ONE + ((both + narrow.lacking) * narrow.repeated) * (self.most - 1.0)
     }
 
     /// The field of the edge lit from the one before over that lit from where the way begins, at every wave number.

@@ -72,7 +72,7 @@ impl Arrangement {
             about(self.receiver),
             [0.0, wedge.length()],
             Visibility::default(),
-            spectrum.smallest_k(),
+            spectrum.range(),
         );
         let amplitude = |piece: usize, k: f64| {
             path.amplitudes(piece, &k.into())[0].into_iter().fold(Complex::ZERO, |sum, term| sum + term)

@@ -112,7 +112,7 @@ impl<'a> Waves<'a> {
             faces: [0, 1].map(|face| Some(self.sees(&path, Some(&edge.faces[face])))),
             within: self.doubt([from, to]),
         };
-        let edge_path = EdgePath::new(&edge.wedge, from, to, part, visible, all.spectrum.smallest_k());
+        let edge_path = EdgePath::new(&edge.wedge, from, to, part, visible, all.spectrum.range());
         let straight = self.field.position(group).distance(self.at.receiver);
         self.field.keep_clear(group, edge_path.detour() - straight);
         let mut energy = vec![0.0; self.at.attenuation.len()];
@@ -186,7 +186,7 @@ impl<'a> Waves<'a> {
         let places = [way.places[0], joined.image(way.places[1])];
         let path =
             self.clear(contribution, &both, &[0, 1].map(|edge| places[edge] + both[edge].off), places, None)?;
-        let pair = EdgePair::new(parts, displaced, &way, all.spectrum.smallest_k())?;
+        let pair = EdgePair::new(parts, displaced, &way, all.spectrum.range())?;
         let passed = [0, 1].map(|edge| {
             let ends = match edge {
                 0 => [images[0].position, way.unfolded[0]],
@@ -311,7 +311,7 @@ impl<'a> Waves<'a> {
             End { point, before: at.is_some_and(|at| (at.angle - face).abs() < PI) }
         };
         let ends = [end(from, points[0], &edges[1]), end(to, points[1], &edges[0])];
-        FacePath::new(edges, ends, self.doubt(points), self.from.edges.spectrum.smallest_k())
+        FacePath::new(edges, ends, self.doubt(points), self.from.edges.spectrum.range())
     }
 
     /// The mean square of a wave with `terms` by cell, per band.

@@ -57,36 +57,55 @@ impl Beam {
         self.sides.iter().any(|side| side.dot(centre - self.apex) < -radius)
     }
 
-    /// The part of a convex polygon inside the beam, `tolerance` [m] generous.
-    #[must_use]
-    pub(crate) fn clip(&self, polygon: Vec<DVec3>, tolerance: f64) -> Vec<DVec3> {
-        self.sides.iter().fold(polygon, |polygon, &side| {
-            if polygon.is_empty() {
-                polygon
-            } else {
-                clip(&polygon, |point| side.dot(point - self.apex) + tolerance)
-            }
-        })
+    /// Leaves the part of a convex `polygon` inside the beam, `tolerance` [m] generous.
+    pub(crate) fn clip(&self, polygon: &mut Polygon, tolerance: f64) {
+        for side in &self.sides {
+            polygon.clip(|point| side.dot(point - self.apex) + tolerance);
+        }
     }
 }
 
-/// The part of a convex polygon where `height`, linear in the point, is not negative.
-///
-/// Reference: [SutherlandHodgman1974] (docs/references.md).
-#[must_use]
-pub(crate) fn clip(polygon: &[DVec3], height: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
-    let mut kept = Vec::with_capacity(polygon.len() + 1);
-    for (at, &corner) in polygon.iter().enumerate() {
-        let next = polygon[(at + 1) % polygon.len()];
-        let (here, there) = (height(corner), height(next));
-        if here >= 0.0 {
-            kept.push(corner);
-        }
-        if (here >= 0.0) != (there >= 0.0) {
-            kept.push(corner + (next - corner) * (here / (here - there)));
-        }
+/// A convex polygon that is cut again and again; its memory is kept.
+#[derive(Debug, Default)]
+pub(crate) struct Polygon {
+    /// In order; none where nothing is left.
+    pub corners: Vec<DVec3>,
+    heights: Vec<f64>,
+    kept: Vec<DVec3>,
+}
+
+impl Polygon {
+    /// Begins anew with these corners.
+    pub(crate) fn set(&mut self, corners: &[DVec3]) {
+        self.corners.clear();
+        self.corners.extend_from_slice(corners);
     }
-    if kept.len() < 3 { Vec::new() } else { kept }
+
+    /// Leaves the part where `height`, linear in the point, is not negative.
+    ///
+    /// Reference: [SutherlandHodgman1974] (docs/references.md).
+    pub(crate) fn clip(&mut self, height: impl Fn(DVec3) -> f64) {
+        self.heights.clear();
+        self.heights.extend(self.corners.iter().map(|&corner| height(corner)));
+        if self.heights.iter().all(|&height| height >= 0.0) {
+            return;
+        }
+        self.kept.clear();
+        for (at, &corner) in self.corners.iter().enumerate() {
+            let following = (at + 1) % self.corners.len();
+            let (here, there) = (self.heights[at], self.heights[following]);
+            if here >= 0.0 {
+                self.kept.push(corner);
+            }
+            if (here >= 0.0) != (there >= 0.0) {
+                self.kept.push(corner + (self.corners[following] - corner) * (here / (here - there)));
+            }
+        }
+        if self.kept.len() < 3 {
+            self.kept.clear();
+        }
+        std::mem::swap(&mut self.corners, &mut self.kept);
+    }
 }
 
 /// Convex hull of points in a plane with unit `normal`, in order about it.
@@ -166,10 +185,16 @@ mod tests {
     #[test]
     fn a_beam_through_a_window_lights_its_projection() {
         let beam = Beam::new(DVec3::ZERO, &square(1.0, 1.0));
-        assert!((area(&beam.clip(square(3.0, 10.0), 0.0)) - 36.0).abs() < 1e-9);
-        assert!((area(&beam.clip(square(3.0, 2.0), 0.0)) - 16.0).abs() < 1e-9);
+        let mut polygon = Polygon::default();
+        let mut lit = |corners: Vec<DVec3>| {
+            polygon.set(&corners);
+            beam.clip(&mut polygon, 0.0);
+            polygon.corners.clone()
+        };
+        assert!((area(&lit(square(3.0, 10.0))) - 36.0).abs() < 1e-9);
+        assert!((area(&lit(square(3.0, 2.0))) - 16.0).abs() < 1e-9);
         let aside: Vec<DVec3> = square(3.0, 1.0).into_iter().map(|corner| corner + DVec3::X * 4.5).collect();
-        assert!(beam.clip(aside, 0.0).is_empty());
+        assert!(lit(aside).is_empty());
     }
 
     #[test]

@@ -11,7 +11,7 @@ use smallvec::SmallVec;
 use sonel_geometry::{Crossed, Departure, End, Geometry, PlaneId, Side, SurfaceId};
 use sonel_map::{BandValues, CoefficientTable, Lanes, lanes_of};
 
-use super::beam::{Beam, clip, outline};
+use super::beam::{Beam, Polygon, outline};
 use super::chain::{self, Ends, Mirror, Reflection};
 use super::{Image, MirrorArrival, Radiator};
 
@@ -27,6 +27,11 @@ const BEAM_SLACK: f64 = 1e-4;
 /// Height over a mirror, in resolutions, up to which a facet only touches it. What is cut off there grows with the beams behind it, which are
 /// a resolution generous: they stay larger than the true ones up to a thousand times the distance.
 const TOUCHING: f64 = 1e-3;
+
+/// Of every so many beams of an order one tells about how many follow, where they are so many more.
+const SAMPLED: usize = 32;
+/// Beams over those that fit that a sample finds too many [1], which are not counted then.
+const FAR_MORE: usize = 2;
 
 /// Image sources up to the order K that fits the budget.
 #[derive(Debug)]
@@ -317,18 +322,28 @@ fn facets(geometry: &Geometry, table: &CoefficientTable) -> Vec<Facet> {
     facets
 }
 
-/// All beams that follow from those of one order, or none where they are more than `room_left`.
+/// All beams that follow from those of one order, or none where they are more than `room_left`: far more are told by a sample.
 fn grow(geometry: &Geometry, facets: &[Facet], parents: &[Grown], room_left: usize) -> Option<Vec<Grown>> {
+    let mut lit = Polygon::default();
+    let samples = parents.len() / SAMPLED;
+    let follow =
+        |parent: &Grown| facets.iter().filter(|facet| is_lit(geometry, parent, facet, &mut lit)).count();
+    let followed: usize = parents.iter().step_by(SAMPLED).take(samples).map(follow).sum();
+    if samples >= SAMPLED && followed * SAMPLED > FAR_MORE * room_left {
+        return None;
+    }
     let mut next = Vec::new();
     for parent in parents {
         for facet in facets {
-            let Some(aperture) = lit_part(geometry, parent, facet) else { continue };
+            if !is_lit(geometry, parent, facet, &mut lit) {
+                continue;
+            }
             if next.len() == room_left {
                 return None;
             }
             let reflection = Reflection::new(geometry, facet.mirror, [parent.beam.apex, parent.of_radiator]);
             next.push(Grown {
-                beam: Beam::new(reflection.image, &aperture),
+                beam: Beam::new(reflection.image, &lit.corners),
                 of_radiator: reflection.of_radiator,
                 last: Some((reflection, facet.plane)),
                 parent: parent.index,
@@ -339,17 +354,19 @@ fn grow(geometry: &Geometry, facets: &[Facet], parents: &[Grown], room_left: usi
     Some(next)
 }
 
-/// The part of `facet` that the beam of `parent` lights; none where it lights nothing.
-fn lit_part(geometry: &Geometry, parent: &Grown, facet: &Facet) -> Option<Vec<DVec3>> {
-    if facet.mirror.height(geometry, parent.beam.apex) <= 0.0 {
-        return None;
+/// Whether the beam of `parent` lights something of `facet`, and what: its part `lit`.
+fn is_lit(geometry: &Geometry, parent: &Grown, facet: &Facet, lit: &mut Polygon) -> bool {
+    if facet.mirror.height(geometry, parent.beam.apex) <= 0.0
+        || parent.last.as_ref().is_some_and(|(_, plane)| *plane == facet.plane)
+        || parent.beam.misses(facet.centre, facet.radius)
+    {
+        return false;
     }
-    let Some((last, plane)) = parent.last else { return Some(facet.outline.clone()) };
-    if plane == facet.plane || parent.beam.misses(facet.centre, facet.radius) {
-        return None;
+    lit.set(&facet.outline);
+    if let Some((last, _)) = &parent.last {
+        let tolerance = f64::from(geometry.resolution());
+        lit.clip(|corner| last.mirror.height(geometry, corner) - TOUCHING * tolerance);
+        parent.beam.clip(lit, tolerance);
     }
-    let tolerance = f64::from(geometry.resolution());
-    let above = clip(&facet.outline, |corner| last.mirror.height(geometry, corner) - TOUCHING * tolerance);
-    let rest = parent.beam.clip(above, tolerance);
-    (!rest.is_empty()).then_some(rest)
+    !lit.corners.is_empty()
 }
