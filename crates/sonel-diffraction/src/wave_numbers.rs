@@ -1,7 +1,7 @@
 //! Wave numbers at which a field is evaluated, and exponentials that decay with them.
 
-/// k p where the exponential is spent: e^(−30) is 1e-13.
-pub(crate) const SPENT: f64 = 30.0;
+/// k p where the exponential is spent: e^(−18) is 2e-8.
+pub(crate) const SPENT: f64 = 18.0;
 /// Least exponent [1] of which powers are taken: from there to where it is spent an error grows by less than a million.
 const SMALLEST: f64 = 1e-3;
 
@@ -75,6 +75,6 @@ mod tests {
         for (decay, k) in numbers.decay(2.8, true, &mut decays).iter().zip(numbers.values()) {
             assert!((decay / (-2.8 * k).exp() - 1.0).abs() < 1e-14);
         }
-        assert_eq!(numbers.decay(10.0, false, &mut decays).len(), 3, "beyond e^(−30) nothing is asked for");
+        assert_eq!(numbers.decay(6.0, false, &mut decays).len(), 3, "beyond e^(−18) nothing is asked for");
     }
 }
