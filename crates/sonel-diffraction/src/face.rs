@@ -1,23 +1,22 @@
 //! Diffraction over two edges of a flat convex face: source, edge, along the face, edge, receiver.
 //!
 //! The field of one edge assumes an infinite face, so it steps where a receiver crosses the plane beside the face.
-//! What it sends along the face reaches the receiver past the next edge as that of a point source on the face would: with D₁ the first
-//! edge's field, R′ the receiver rotated about the second edge into the plane, P where the path to it crosses the first
-//! edge, and D₂
-//! the second edge's field of a source at P on the face,
+//! What it sends along the face reaches the receiver past the next edge as that of a point source on the face would. With D₁ and D₂ the
+//! fields of both edges, R′ the receiver rotated about the second edge into the plane, and S′ the source about the first one,
 //!
-//!   H₂ = ½ D₁(S → R′) D₂(P → R) |P R′| e^(jk |P R′|),
+//!   H₂ = ½ D₁(S → R′) D₂(S′ → R) T |S′R′| e^(jk |S′R′|),
 //!
-//! D₂ as far as it depends on the ends of the edge as of a source at S′, the source turned into the plane likewise, and
-//! ½ because a source on a face radiates with its image; the rims of a sheet are joined by both of its sides. In the plane
+//! ½ because a source on a face radiates with its image; the rims of a sheet are joined by both of its sides. T is 1 where R is in the plane:
+//! D₂ lit from the first edge instead of from S′ is more curved (`overlap`). In the plane
 //! D₂ jumps by twice the
-//! free field where the way from P crosses the part of the second edge that P sees over the face, and not elsewhere. Every way out of a
+//! free field where the way crosses the part of the second edge that is seen over the face, and not elsewhere. Every way out of a
 //! face crosses one such part, so that over all of its edges H₂ jumps as D₁ does, whatever the shape, and no step is left. Beside a
-//! sheet, which scatters nothing in its plane, it is −D₁ there.
+//! sheet, which scatters nothing in its plane, it is −D₁ there. Where the way from S′ to R′ misses the part of the first edge, it comes over the
+//! place P of that edge that is next to it, and S′ is as far beyond P in line with R′.
 //!
 //! A third edge is left out, and with it fades what would be cut off by it (`weight`). The formula is exact at the receiver's end only. Exchanged,
-//! it is exact at the source's: [`FacePath`] takes the mean of both forms. Where both ends are near the plane the edges are not lit from one
-//! another alone (`overlap`), nor where the face is narrow (`narrow`).
+//! it is exact at the source's: [`FacePath`] takes the mean of both forms, which is one product of fields where the way is straight. T knows
+//! that near the plane the edges are not lit from one another alone (`overlap`), nor where the face is narrow (`narrow`).
 //!
 //! Reference: [Svensson1999] for the parts (docs/references.md); measured against boundary elements in docs/diffraction.md.
 

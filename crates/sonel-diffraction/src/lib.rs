@@ -12,6 +12,7 @@ pub mod edge_path;
 pub mod face;
 pub mod pair;
 pub mod spectrum;
+mod transition;
 pub mod wave_numbers;
 pub mod wedge;
 

@@ -5,20 +5,18 @@
 //!   C = D₁(S → R′) D₂(S′ → R) L e^(jkL),
 //!
 //! R′ on the ray from the first edge through the second one, as far as R, and S′ likewise. Sound that comes from the edge before is more curved
-//! than that from afar: R₁ and R₂ are the fields of either edge with the other one in the place of the end, over those here. As in the double
-//! Fresnel integral of two half planes both together are
-//!
-//!   C (1 + (γ − 1) p q/(λ + (1 − λ)(p + q − p q))),  p = (R₁ − 1)/(γ − 1), q = (R₂ − 1)/(γ − 1), λ = 3/(1 + 2γ),
+//! than that from afar: what it changes is in [`crate::transition`], of the fields of either edge with the other one in the place of the end, and
 //!
 //! γ⁻² = 1 − ρ², ρ the correlation cos ψ √(|SP||QR|/(|SQ||PR|)) of the clearances from two edges at an angle ψ across the way. On the boundary of
 //! either edge the product is exact at the other one, so that nothing steps where one edge hides the other.
 //!
-//! Reference: [Svensson1999] for the parts; the transition is that of `face/overlap` (docs/diffraction.md).
+//! Reference: [Svensson1999] for the parts (docs/diffraction.md).
 
 use glam::DVec3;
 
 use crate::complex::Complex;
 use crate::edge_path::{EdgePath, Visibility, WAVES};
+use crate::transition::{Transition, both};
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::{Wedge, WedgePoint, apex};
 
@@ -26,9 +24,6 @@ use crate::wedge::{Wedge, WedgePoint, apex};
 const ROUNDS: usize = 64;
 /// Least distance of two places that are not one [m]; it keeps quotients finite.
 const SHORTEST: f64 = 1e-4;
-/// Summand that keeps quotients by γ − 1 finite [1].
-const ALIKE: f64 = 1e-3;
-
 /// An edge of which the part between two places [m from its start] counts.
 #[derive(Debug, Clone, Copy)]
 pub struct PartOfEdge<'a> {
@@ -92,10 +87,7 @@ pub struct EdgePair {
     length: f64,
     /// Either edge as if the other one were not there.
     alone: [EdgePath; 2],
-    /// The field of either edge with the other one in the place of the end, and with the end unfolded, and the ratio of their ways.
-    transitions: Option<[[EdgePath; 2]; 2]>,
-    shorter: [f64; 2],
-    gamma: f64,
+    transitions: Option<[Transition; 2]>,
     points: [[WedgePoint; 2]; 2],
 }
 
@@ -123,25 +115,19 @@ impl EdgePair {
         let cosine = across[0].dot(across[1]);
         let square = cosine * cosine * before * behind / ((before + apart) * (apart + behind));
         let gamma = 1.0 / (1.0 - square).max(1e-6).sqrt();
-        let endless =
-            |edge: PartOfEdge<'_>, from, to| EdgePath::endless(edge.wedge.angle(), [from, to], lit, range);
+        let length = way.length();
+        let transition = |edge: PartOfEdge<'_>, [near, far]: [WedgePoint; 2], end, reach: f64| {
+            let endless = |from| EdgePath::endless(edge.wedge.angle(), [from, end], lit, range);
+            Transition { near: endless(near), far: endless(far), shorter: reach / length, most: gamma }
+        };
         let near = [first.wedge.locate(q)?, last.wedge.locate(p)?];
         let transitions = (gamma > 1.0 + 1e-3).then(|| {
             [
-                [endless(first, source, near[0]), endless(first, source, beyond)],
-                [endless(last, near[1], receiver), endless(last, afar, receiver)],
+                transition(first, [near[0], beyond], source, before + apart),
+                transition(last, [near[1], afar], receiver, apart + behind),
             ]
         });
-        let length = way.length();
-        let shorter = [(before + apart) / length, (apart + behind) / length];
-        Some(Self {
-            length,
-            alone,
-            transitions,
-            shorter,
-            gamma,
-            points: [[source, beyond], [afar, receiver]],
-        })
+        Some(Self { length, alone, transitions, points: [[source, beyond], [afar, receiver]] })
     }
 
     /// Amplitudes at every wave number of the waves of the first edge by those of the last one, to be multiplied by e^(−jk length) [1/m].
@@ -162,21 +148,9 @@ impl EdgePair {
     fn light(&self, numbers: &WaveNumbers) -> Vec<Complex> {
         let one = Complex::real(1.0);
         let Some(transitions) = &self.transitions else { return vec![one; numbers.values().len()] };
-        let gain = self.gamma - 1.0;
-        let alone = 3.0 / (1.0 + 2.0 * self.gamma);
-        let share = |edge: usize| -> Vec<Complex> {
-            let [near, far] = [0, 1].map(|which| transitions[edge][which].slow_totals(0, numbers));
-            let of = |(near, far): (Complex, Complex)| {
-                (near / far * self.shorter[edge] - one) * (1.0 / (gain + ALIKE))
-            };
-            near.into_iter().zip(far).map(of).collect()
-        };
-        let [first, last] = [share(0), share(1)];
-        let of = |(p, q): (Complex, Complex)| {
-            let both = p * q / ((p + q - p * q) * (1.0 - alone) + Complex::real(alone));
-            one + both * gain
-        };
-        first.into_iter().zip(last).map(of).collect()
+        let [first, last] = transitions.each_ref().map(|transition| transition.shares(numbers));
+        let most = transitions[0].most;
+        first.into_iter().zip(last).map(|(p, q)| one + both([p, q], most) * (most - 1.0)).collect()
     }
 
     /// The ends of the path over either edge about it.
