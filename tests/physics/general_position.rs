@@ -33,7 +33,7 @@ fn no_edge_carries_sound_past_a_sealed_wall() {
     assert!(leaks.is_empty(), "{} leaks:\n{}", leaks.len(), leaks.join("\n"));
 }
 
-/// Volumes are those of the rooms less their solids. One drawing in a thousand leaves open which of its boxes are solid.
+/// Volumes are those of the rooms less their solids.
 #[test]
 fn air_is_told_from_solids_however_walls_are_drawn() {
     let is_wrong = |seed: &u64| {
@@ -41,8 +41,8 @@ fn air_is_told_from_solids_however_walls_are_drawn() {
         let geometry = Geometry::build(building.mesh.clone()).unwrap();
         geometry.volume().is_none_or(|volume| (volume / building.volume() - 1.0).abs() > 1e-6)
     };
-    let wrong: Vec<u64> = (0..200).filter(is_wrong).collect();
-    assert!(wrong.len() <= 1, "{wrong:?}");
+    let wrong: Vec<u64> = (0..60).filter(is_wrong).collect();
+    assert!(wrong.is_empty(), "{wrong:?}");
 }
 
 /// The sibling: one triangle of a wall is missing.

@@ -114,8 +114,8 @@ fn images_begin_and_end_without_a_step() {
     add_sheet(&mut open, 0.0, [1.5, 4.5], [0.5, 2.5]);
     add_sheet(&mut open, 6.0, [1.0, 4.0], [0.7, 2.9]);
     add_sheet(&mut open, 3.4, [2.2, 3.1], [0.4, 1.9]);
-    let upwards = [dvec3(6.13, 2.9, 0.2), dvec3(6.17, 3.1, 2.8)];
-    let across = [dvec3(5.2, 0.3, 1.05), dvec3(5.3, 5.7, 1.15)];
+    let upwards = [dvec3(6.13, 2.9, 0.2), dvec3(6.15, 3.0, 1.5)];
+    let across = [dvec3(5.2, 0.3, 1.05), dvec3(5.25, 3.0, 1.1)];
     for (name, mesh, absorption, ends, order) in
         [("a thin barrier", barrier, 0.6, upwards, 2), ("sheets in the open", open, 0.0, across, 1)]
     {

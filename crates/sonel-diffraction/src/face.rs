@@ -4,19 +4,18 @@
 //! What it sends along the face reaches the receiver past the next edge as that of a point source on the face would. With D₁ and D₂ the
 //! fields of both edges, R′ the receiver rotated about the second edge into the plane, and S′ the source about the first one,
 //!
-//!   H₂ = ½ D₁(S → R′) D₂(S′ → R) T |S′R′| e^(jk |S′R′|),
+//!   C = ½ D₁(S → R′) D₂(S′ → R) |S′R′| e^(jk |S′R′|),
 //!
-//! ½ because a source on a face radiates with its image; the rims of a sheet are joined by both of its sides. T is 1 where R is in the plane:
-//! D₂ lit from the first edge instead of from S′ is more curved (`overlap`). In the plane
-//! D₂ jumps by twice the
-//! free field where the way crosses the part of the second edge that is seen over the face, and not elsewhere. Every way out of a
+//! ½ because a source on a face radiates with its image; the rims of a sheet are joined by both of its sides. Where it is lit from the place P of
+//! the first edge that the way crosses instead of from S′, the second edge has D₂(P → R) |PR′| e^(jk |PR′|) in the place of D₂(S′ → R) |S′R′|
+//! e^(jk |S′R′|): with R far from the plane, and not in it (`overlap`). In the plane D₂ jumps by twice the
+//! free field where the way from P crosses the part of the second edge that P sees over the face, and not elsewhere. Every way out of a
 //! face crosses one such part, so that over all of its edges H₂ jumps as D₁ does, whatever the shape, and no step is left. Beside a
-//! sheet, which scatters nothing in its plane, it is −D₁ there. Where the way from S′ to R′ misses the part of the first edge, it comes over the
-//! place P of that edge that is next to it, and S′ is as far beyond P in line with R′.
+//! sheet, which scatters nothing in its plane, it is −D₁ there. Where the way misses the part of the first edge, P is next to it, and S′ in line.
 //!
 //! A third edge is left out, and with it fades what would be cut off by it (`weight`). The formula is exact at the receiver's end only. Exchanged,
-//! it is exact at the source's: [`FacePath`] takes the mean of both forms, which is one product of fields where the way is straight. T knows
-//! that near the plane the edges are not lit from one another alone (`overlap`), nor where the face is narrow (`narrow`).
+//! it is exact at the source's: [`FacePath`] takes the mean of both forms, which share C where the way is straight. A narrow face needs
+//! more (`narrow`).
 //!
 //! Reference: [Svensson1999] for the parts (docs/references.md); measured against boundary elements in docs/diffraction.md.
 
@@ -102,8 +101,9 @@ struct FaceQuery {
 }
 
 impl FaceQuery {
-    fn path(self, edge: &FaceEdge<'_>, from: WedgePoint, to: WedgePoint, lit: Visibility) -> EdgePath {
-        EdgePath::new(edge.wedge, from, to, edge.part, lit, self.range)
+    /// The path over an edge between a place on the face, or in its plane, and its end.
+    fn path(self, edge: &FaceEdge<'_>, from: WedgePoint, end: End) -> EdgePath {
+        EdgePath::new(edge.wedge, from, end.point, edge.part, edge.lit(end, self.within), self.range)
     }
 }
 
@@ -115,6 +115,8 @@ pub struct FacePath {
     forms: [Form; 2],
     /// C of either form: one where the way between the ends, unfolded, is straight.
     products: Vec<Product>,
+    /// The field of the edge that does not lead a form, lit from P.
+    near: [Option<EdgePath>; 2],
     overlap: Overlap,
 }
 
@@ -132,10 +134,12 @@ pub struct Lead {
 struct Form {
     lead: Lead,
     weight: f64,
-    /// Where the way begins, about the other edge.
+    /// Where the way begins, and P, about the other edge.
     afar: WedgePoint,
-    /// |S′R′| [m].
+    near: WedgePoint,
+    /// |S′R′| and |P R′| [m].
     whole: f64,
+    reach: f64,
 }
 
 /// The fields of both edges, each as if the other one were not there.
@@ -167,12 +171,12 @@ impl FacePath {
             .take(if is_straight { 1 } else { 2 })
             .collect();
         let length = products.iter().map(Product::length).fold(f64::INFINITY, f64::min);
-        (!products.is_empty()).then(|| Self {
-            length,
-            forms,
-            products,
-            overlap: Overlap::new(edges, ends, asked),
-        })
+        let near = forms.each_ref().map(|form| {
+            let last = 1 - form.lead.edge;
+            (form.weight > 0.0).then(|| asked.path(&edges[last], form.near, ends[last]))
+        });
+        let overlap = Overlap::new(edges, ends, asked);
+        (!products.is_empty()).then_some(Self { length, forms, products, near, overlap })
     }
 
     /// Length of the shortest way over both edges [m].
@@ -201,15 +205,18 @@ impl FacePath {
             .collect();
         let of = |(at, form): (usize, &Form)| {
             let at = at.min(self.products.len() - 1);
-            let [lead, other] = [form.lead.edge, 1 - form.lead.edge].map(|edge| fields[at][edge].iter());
-            let Product { whole, .. } = self.products[at];
-            let factors =
-                other.zip(&lights[form.lead.edge]).zip(numbers.values()).map(|((other, light), k)| {
-                    let [direct, first, second] = *other;
-                    let turn = Complex::unit(k * (whole + self.length));
-                    (direct + first + second) * *light * turn * (whole * form.weight)
-                });
-            lead.zip(factors).map(|(terms, factor)| terms.map(|term| term * factor)).collect()
+            let edge = form.lead.edge;
+            let near = self.near[edge].iter().flat_map(|near| near.totals(numbers));
+            let factors = fields[at][1 - edge].iter().zip(near).zip(&lights[edge]).zip(numbers.values());
+            let factors = factors.map(|(((far, near), light), k)| {
+                let [direct, first, second] = *far;
+                let far = (direct + first + second) * Complex::unit(k * form.whole) * form.whole;
+                let near = near * Complex::unit(k * form.reach) * form.reach;
+                let lit = far + (near - far) * light.near + far * light.more;
+                lit * Complex::unit(k * self.length) * form.weight
+            });
+            let lead = fields[at][edge].iter().zip(factors);
+            lead.map(|(terms, factor)| terms.map(|term| term * factor)).collect()
         };
         self.counted().enumerate().map(of).collect()
     }
@@ -221,8 +228,9 @@ impl Form {
         let turned = before.wedge.in_plane(last.beyond(receiver), before.face());
         let way = FaceWay::new([before, last], source.point, receiver);
         let (afar, longer) = way.afar([before, last], source);
-        let whole = longer + way.lights.distance(way.to);
-        Self { lead: Lead { edge: 0, ends: [source.point, turned] }, weight, afar, whole }
+        let reach = way.lights.distance(way.to);
+        let lead = Lead { edge: 0, ends: [source.point, turned] };
+        Self { lead, weight, afar, near: way.near, whole: longer + reach, reach }
     }
 
     /// Whether its way begins where that of the `other` form ends.
@@ -234,14 +242,7 @@ impl Form {
     fn product(&self, edges: [FaceEdge<'_>; 2], ends: [End; 2], asked: FaceQuery) -> Product {
         let beyond =
             if self.lead.edge == 0 { [self.lead.ends[1], self.afar] } else { [self.afar, self.lead.ends[1]] };
-        let path = |edge: usize| {
-            asked.path(
-                &edges[edge],
-                beyond[edge],
-                ends[edge].point,
-                edges[edge].lit(ends[edge], asked.within),
-            )
-        };
+        let path = |edge: usize| asked.path(&edges[edge], beyond[edge], ends[edge]);
         Product { edges: [path(0), path(1)], whole: self.whole }
     }
 }

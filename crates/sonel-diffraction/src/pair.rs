@@ -16,7 +16,7 @@ use glam::DVec3;
 
 use crate::complex::Complex;
 use crate::edge_path::{EdgePath, Visibility, WAVES};
-use crate::transition::{Transition, both};
+use crate::transition::{Transition, share_beside};
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::{Wedge, WedgePoint, apex};
 
@@ -150,7 +150,11 @@ impl EdgePair {
         let Some(transitions) = &self.transitions else { return vec![one; numbers.values().len()] };
         let [first, last] = transitions.each_ref().map(|transition| transition.shares(numbers));
         let most = transitions[0].most;
-        first.into_iter().zip(last).map(|(p, q)| one + both([p, q], most) * (most - 1.0)).collect()
+        first
+            .into_iter()
+            .zip(last)
+            .map(|(p, q)| one + p * share_beside([p, q], most) * (most - 1.0))
+            .collect()
     }
 
     /// The ends of the path over either edge about it.

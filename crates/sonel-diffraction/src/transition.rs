@@ -36,8 +36,8 @@ impl Transition {
     }
 }
 
-/// p q/(λ + (1 − λ)(p + q − p q)) for a γ of `most`.
-pub(crate) fn both([p, q]: [Complex; 2], most: f64) -> Complex {
+/// Which share of p counts beside q, q/(λ + (1 − λ)(p + q − p q)), for a γ of `most`.
+pub(crate) fn share_beside([p, q]: [Complex; 2], most: f64) -> Complex {
     let alone = 3.0 / (1.0 + 2.0 * most);
-    p * q / ((p + q - p * q) * (1.0 - alone) + Complex::real(alone))
+    q / ((p + q - p * q) * (1.0 - alone) + Complex::real(alone))
 }

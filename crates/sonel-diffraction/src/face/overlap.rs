@@ -20,8 +20,17 @@ use super::way::FaceWay;
 use super::{End, FaceEdge, FaceQuery};
 use crate::complex::Complex;
 use crate::edge_path::EdgePath;
-use crate::transition::{Transition, both};
+use crate::transition::{Transition, share_beside};
 use crate::wave_numbers::WaveNumbers;
+
+/// How an edge is lit, in shares of its field lit from where the way begins.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Light {
+    /// What comes from the edge before instead.
+    pub near: Complex,
+    /// What a narrow face adds.
+    pub more: Complex,
+}
 
 /// How both forms of the product over two edges are lit.
 #[derive(Debug, Clone)]
@@ -44,19 +53,20 @@ impl Overlap {
         Self { narrow: Narrow::new([first, last], [source, receiver], width, asked), ends: [there, back] }
     }
 
-    /// By what C has to be multiplied in the receiver's form and in the source's, at every wave number.
-    pub(super) fn lights(&self, numbers: &WaveNumbers) -> [Vec<Complex>; 2] {
+    /// How the receiver's edge is lit in its form, and the source's in the other, at every wave number.
+    pub(super) fn lights(&self, numbers: &WaveNumbers) -> [Vec<Light>; 2] {
         let [last, first] = [0, 1].map(|end| self.ends[end].shares(numbers));
-        let shares: Vec<[Complex; 2]> =
-            last.into_iter().zip(first).map(|(last, first)| [last, first]).collect();
         let narrow = self.narrow.narrowness(numbers);
-        [0, 1].map(|end| {
+        let lights = |end: usize, own: &[Complex], other: &[Complex]| {
             let most = self.ends[end].most;
-            let of = |(shares, narrow): (&[Complex; 2], &Narrowness)| {
-                ONE + (both(*shares, most) + narrow.lacking) * narrow.repeated * (most - 1.0)
+            let light = |((own, other), narrow): ((&Complex, &Complex), &Narrowness)| {
+                let near = share_beside([*own, *other], most);
+                let whole = near * *own + narrow.lacking;
+                Light { near, more: (narrow.lacking + whole * (narrow.repeated - ONE)) * (most - 1.0) }
             };
-            shares.iter().zip(&narrow).map(of).collect()
-        })
+            own.iter().zip(other).zip(&narrow).map(light).collect()
+        };
+        [lights(0, &last, &first), lights(1, &first, &last)]
     }
 }
 
