@@ -83,7 +83,8 @@ try {
   const kept = await page.evaluate(() => {
     byId("x").value = "";
     byId("x").dispatchEvent(new Event("change"));
-    const input = document.querySelector("#materials input");
+    openTab("materialsSection");
+    const input = document.querySelector("#bands input");
     input.focus();
     input.value = "1.5";
     input.dispatchEvent(new Event("change"));
@@ -92,7 +93,8 @@ try {
   check(JSON.stringify(kept) === "[true,0,true]", "fields refuse what is no number");
 
   // A material, compared with what was before.
-  await page.evaluate(() => { document.querySelector("#side details").open = true; });
+  const unfold = (tab) => page.click(`#tabs button[aria-controls=${tab}]`);
+  await unfold("numbers");
   await page.click("#keep");
   await latency("material", () => page.evaluate(() => {
     const material = shown.room.materials[0];
@@ -103,18 +105,21 @@ try {
   check((await page.locator("#parameters .beyond").count()) >= 1, "differences beyond chance are marked");
 
   // Scattering is another coefficient of the same table.
+  await unfold("materialsSection");
   await page.selectOption("#coefficient", "scattering");
-  const scattered = await page.evaluate(() => [shown.room.materials[0].scattering[0], Number(document.querySelector("#materials input").value)]);
+  const scattered = await page.evaluate(() => [shown.room.materials[0].scattering[0], Number(document.querySelector("#bands input").value)]);
   check(Math.abs(scattered[0] - scattered[1]) < 1e-3, "the table shows scattering");
   await page.selectOption("#coefficient", "absorption");
 
   // A map of a plane.
+  await unfold("mapping");
   await page.click("#paint");
   await page.waitForFunction(() => view.map.children.length > 3 && shown.map.batches === shown.steps[1], null, PATIENCE);
   check(await page.evaluate(() => view.map.children.at(-1).geometry.attributes.position.count >= 2), "lines of equal value are drawn");
   await page.screenshot({ path: `${folder}/wide.png`, fullPage: true });
 
   // Sound runs.
+  await unfold("sounding");
   await page.selectOption("#signal", "speech");
   await page.click("#play");
   await page.waitForFunction(() => hearing?.chain && hearing.context.state === "running", null, PATIENCE);
@@ -126,12 +131,14 @@ try {
   await page.click("#stop");
 
   // Saved commands; xtask runs them and compares.
+  await unfold("saving");
   await page.click("#save");
   await page.waitForFunction(() => byId("saved").textContent, null, PATIENCE);
   measured.commands = (await page.textContent("#saved")).split("\n").filter((line) => !line.startsWith("#"));
   measured.t30_s = (await values("t30_s")).slice(1);
 
   // A source is dragged; the scene is traced anew with it.
+  await unfold("mapping");
   await page.click("#unpaint");
   // The room fits its new place first.
   await page.waitForTimeout(500);
@@ -186,6 +193,23 @@ try {
   check(acted.untrue === 0 && acted.compared >= 10, `numbers of another state are shown: ${JSON.stringify(acted)}`);
   check(acted.isNoticed, "an untrue number goes unnoticed");
   measured.acts = acted;
+
+  // Undone step by step; place, materials and A are in the address.
+  await unfold("numbers");
+  await page.evaluate(() => byId("original").click());
+  await settled();
+  await page.click("#keep");
+  const home = await page.evaluate(() => wanted.listener);
+  await page.waitForTimeout(1100);
+  await page.evaluate((at) => moveListener([at[0] + 0.1, at[1], at[2]]), home);
+  await settled();
+  await page.reload();
+  await settled();
+  await page.waitForFunction(() => shown.kept, null, PATIENCE);
+  check(await page.evaluate((at) => same(shown.keptAt.listener, at) && Math.abs(wanted.listener[0] - at[0] - 0.1) < 2e-3, home), "a reload keeps place and A");
+  await page.click("#undo");
+  await page.waitForFunction((at) => same(wanted.listener, at), home, PATIENCE);
+  await settled();
 
   // Narrow, and on paper.
   await page.setViewportSize({ width: 400, height: 800 });

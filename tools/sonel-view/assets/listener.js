@@ -93,7 +93,7 @@ function difference(row, before) {
   for (const [now, then] of pairs) {
     if (!isKnown(now) || !isKnown(then)) { line.append(make("td", "–")); continue; }
     const step = (now[0] - then[0]) / row.noticeable, half = Math.hypot(Number(now[1]) || 0, Number(then[1]) || 0) / row.noticeable;
-    const shown = make("td", `${step > 0 ? "+" : ""}${step.toFixed(1)}`, Math.abs(step) > half ? "beyond" : "note");
+    const shown = make("td", `${step > 0 ? "+" : ""}${step.toFixed(1)}`.replace("-", "−"), Math.abs(step) > half ? "beyond" : "note");
     shown.title = `± ${half.toFixed(1)} JND${Math.abs(step) > half ? "" : ": within chance"}`;
     line.append(shown);
   }

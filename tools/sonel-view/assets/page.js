@@ -3,7 +3,7 @@
 // What is shown, and of the map that the server has.
 const shown = { page: null, room: null, pair: null, kept: null, maps: 0, steps: [], map: null, over: null };
 // What the reader wants: one state. An answer is valid as long as it is of this state and of the newest map.
-const wanted = { listener: null, source: 0, changes: {}, sources: [] };
+const wanted = { listener: null, source: 0, changes: {}, sources: [], kept: null };
 let view, server, hearing;
 
 async function start() {
@@ -13,7 +13,9 @@ async function start() {
   if (page.live) {
     document.body.classList.add("served");
     server = new Server(page.live.token);
-    byId("results").before(byId("view"), byId("curves"), byId("materialsSection"), byId("faultsSection"));
+    byId("results").before(byId("view"));
+    byId("side").append(byId("curves"), byId("faultsSection"));
+    byId("about").before(byId("over"));
   }
   showReport(page);
   byId("detailsSection").hidden = !byId("details").children.length;
@@ -72,44 +74,63 @@ function entered(input, before, low = -Infinity, high = Infinity) {
   return null;
 }
 
-// Materials with fields for what they absorb.
+// What a material is wanted to have.
+const own = (material, key) => wanted.changes[`materials.${material.name}.${key}`] ?? material[key];
+const COEFFICIENTS = ["absorption", "scattering", "transmission"];
+
+// Materials with their means and their share of all absorption; of the chosen one fields for every band.
 function showMaterials() {
-  const { room } = shown, key = byId("coefficient").value, whole = byId("materials"), focused = document.activeElement?.ariaLabel;
-  const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
-  const own = (material, key) => wanted.changes[`materials.${material.name}.${key}`] ?? material[key];
-  const absorbing = room.materials.map((material) => material.area * mean(own(material, "absorption")));
+  const { materials } = shown.room, mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
+  const absorbing = materials.map((material) => material.area * mean(own(material, "absorption")));
   const total = absorbing.reduce((sum, area) => sum + area, 0) || 1;
-  const rows = room.materials.map((material, index) => {
-    const name = make("td"), swatch = make("span", "", "swatch"), values = own(material, key);
+  const rows = materials.map((material, index) => {
+    const name = make("td"), swatch = make("span", "", "swatch");
     swatch.style.background = colorOf(index);
-    name.append(swatch, material.name);
-    const isChanged = ["absorption", "scattering", "transmission"].some((key) => wanted.changes[`materials.${material.name}.${key}`]);
-    if (isChanged) name.classList.add("beyond");
-    const fields = values.map((value, band) => {
-      const place = make("td"), written = Number(value.toFixed(4));
-      const input = Object.assign(make("input"), { type: "number", min: 0, max: 1, step: 0.01, value: written });
-      input.setAttribute("aria-label", `${key} of ${material.name} at ${hertz(room.bands[band])}`);
-      input.onchange = () => {
-        const changed = entered(input, written, 0, 1);
-        if (changed === null) return;
-        // Rows are made anew when the next input has the focus.
-        setTimeout(() => changeMaterial(material, values.map((old, at) => at === band ? changed : old), key));
-      };
-      place.append(input);
-      return place;
-    });
-    return [name, material.area.toFixed(1), `${(100 * absorbing[index] / total).toFixed(0)} %`, ...fields,
-      mean(own(material, "scattering")).toFixed(2), material.law, isChanged ? "not that of the map" : material.source ?? ""];
+    name.append(swatch, material.name, COEFFICIENTS.some((key) => wanted.changes[`materials.${material.name}.${key}`]) ? " (changed)" : "");
+    return [name, material.area.toFixed(1), `${(100 * absorbing[index] / total).toFixed(0)} %`, mean(own(material, "absorption")).toFixed(2), mean(own(material, "scattering")).toFixed(2)];
   });
-  const head = ["material", "area [m²]", "share of absorption", ...room.bands.map(hertz), "scattering (mean)", "law", "source"];
-  whole.replaceChildren(...table(head, rows).firstChild.children);
-  [...whole.querySelectorAll("input")].find(({ ariaLabel }) => ariaLabel === focused)?.focus();
+  byId("materials").replaceChildren(...table(["material", "area [m²]", "share", "α", "s"], rows).firstChild.children);
+  [...byId("materials").tBodies[0].rows].forEach((row, index) => {
+    row.dataset.name = materials[index].name;
+    row.tabIndex = 0;
+    row.classList.toggle("chosen", index === shown.material);
+    row.onclick = () => chooseMaterial(index);
+    row.onkeydown = (event) => { if (event.key === "Enter") chooseMaterial(index); };
+  });
   byId("original").hidden = !isChanged();
+  showBands(materials[shown.material]);
+}
+
+function chooseMaterial(index) {
+  shown.material = index;
+  showMaterials();
+}
+
+function showBands(material) {
+  const { bands } = shown.room, key = byId("coefficient").value, values = own(material, key), focused = document.activeElement?.ariaLabel;
+  byId("chosen").textContent = material.name;
+  byId("law").textContent = [material.law === "uniform" ? "" : `law: ${material.law}`, material.source].filter(Boolean).join("; ");
+  byId("bands").replaceChildren(...values.map((value, band) => {
+    const place = make("label", hertz(bands[band])), written = Number(value.toFixed(4));
+    const input = Object.assign(make("input"), { type: "number", min: 0, max: 1, step: 0.01, value: written });
+    input.setAttribute("aria-label", `${key} of ${material.name} at ${hertz(bands[band])}`);
+    input.onchange = () => {
+      const changed = entered(input, written, 0, 1);
+      if (changed === null) return;
+      // Fields are made anew when the next one has the focus.
+      setTimeout(() => changeMaterial(material, values.map((old, at) => at === band ? changed : old), key));
+    };
+    place.append(input);
+    return place;
+  }));
+  [...byId("bands").querySelectorAll("input")].find(({ ariaLabel }) => ariaLabel === focused)?.focus();
+  const line = (name, mark, values) => ({ name, mark, points: values.map((value, band) => [bands[band], value]) });
+  drawChart(byId("overBands"), { title: "", x: { label: "band [Hz]", scale: "Logarithmic", ticks: thirds(bands) }, y: { label: key, range: [0, 1] },
+    series: [line("now", "PointsAndLine", values), ...values === material[key] ? [] : [line("in the map", "Dashed", material[key])]] }, { height: 200 });
 }
 
 function showFaults() {
   const { faults } = shown.room;
-  byId("faultsSection").hidden = !faults.length;
   for (const text of faults) {
     const item = make("li", text), place = text.match(/\((-?[\d.]+), (-?[\d.]+), (-?[\d.]+)\)/);
     if (place) {
@@ -134,6 +155,7 @@ const rendering = new Steps("render", (answer, of, { isFirst, isLast }) => {
   if (!shown.isStale) byId("retrace").hidden = true;
   if (isFirst && !shown.isStale) say(answer.warnings.join(" "));
   if (isLast && hearing?.source) refreshSound();
+  if (isLast) recallA();
 });
 rendering.failed = (error) => {
   say(error.message, true);
@@ -149,9 +171,18 @@ function check() {
   byId("keep").disabled = byId("save").disabled = is;
 }
 
-// What follows every change of the state: its address says it, and what was written of another one goes.
+// The address says the state, and is a step that can be undone; steps within a second are one, as of a drag.
+function remember() {
+  const address = `#${encodeURIComponent(JSON.stringify({ ...wish(), kept: wanted.kept }))}`;
+  if (address === location.hash) return;
+  const isOne = performance.now() - (shown.remembered ?? 0) < 1000;
+  history[isOne || !location.hash ? "replaceState" : "pushState"](null, "", address);
+  shown.remembered = performance.now();
+}
+
+// What follows every change of the state: what was written of another one goes.
 function changed(isMoved = false) {
-  history.replaceState(null, "", `#${encodeURIComponent(JSON.stringify(wish()))}`);
+  if (!shown.isRestored) remember();
   byId("saved").replaceChildren();
   byId("retrace").hidden = true;
   if (!isMoved) removeMap();
@@ -177,6 +208,7 @@ const millimetres = (at) => at.map((value) => Math.round(1000 * value) / 1000);
 function moveListener(at) {
   wanted.listener = millimetres(at);
   ["x", "y", "z"].forEach((axis, index) => { byId(axis).value = wanted.listener[index]; });
+  byId("stand").selectedIndex = 1 + shown.room.receivers.findIndex((one) => same(millimetres(one.at), wanted.listener));
   view.moveListener(wanted.listener);
   changed(true);
 }
@@ -196,6 +228,8 @@ function changeMaterial(material, values, key = "absorption") {
 function serve() {
   const { room } = shown, source = byId("source");
   byId("coefficient").onchange = showMaterials;
+  shown.material = 0;
+  tabs();
   showFaults();
   wanted.sources = placesOf(room);
   room.sources.forEach((one) => source.append(make("option", one.name)));
@@ -206,12 +240,24 @@ function serve() {
       if (value !== null) moveListener(wanted.listener.map((old, at) => at === index ? value : old));
     };
   });
+  const stand = byId("stand");
+  room.receivers.forEach((one) => stand.append(make("option", one.name)));
+  stand.onchange = () => moveListener(stand.selectedIndex ? room.receivers[stand.selectedIndex - 1].at : wanted.listener);
+  view.onPick = ({ receiver, material }) => {
+    if (receiver !== undefined) return moveListener(room.receivers[receiver].at);
+    chooseMaterial(material);
+    openTab("materialsSection");
+  };
   walkByKeys();
+  byId("undo").onclick = () => history.back();
+  addEventListener("popstate", () => { if (location.hash) restore(wanted.listener); });
+  addEventListener("keydown", (event) => {
+    if (event.key === "z" && (event.ctrlKey || event.metaKey) && event.target.tagName !== "INPUT") history.back();
+  });
   const middle = view.world(view.box.getCenter(new THREE.Vector3()));
   const first = room.receivers[0]?.at ?? middle;
-  restore(first);
-  showMaterials();
   compare();
+  restore(first);
   listen();
   maps();
   byId("original").onclick = () => { wanted.changes = {}; showMaterials(); changed(); };
@@ -228,12 +274,35 @@ function serve() {
 
 // The state that the address says, as far as it is one of this room.
 function restore(first) {
-  try {
-    const { listener, source, changes } = JSON.parse(decodeURIComponent(location.hash.slice(1)));
-    if (source in wanted.sources) byId("source").selectedIndex = wanted.source = source;
-    Object.assign(wanted.changes, changes);
-    moveListener(listener);
-  } catch { moveListener(first); }
+  let state = {};
+  try { state = JSON.parse(decodeURIComponent(location.hash.slice(1))); } catch { /* Not an address of ours. */ }
+  if (state.source in wanted.sources) byId("source").selectedIndex = wanted.source = state.source;
+  wanted.changes = { ...state.changes };
+  wanted.kept = state.kept ?? null;
+  shown.isRestored = Boolean(state.listener);
+  moveListener(state.listener ?? first);
+  showMaterials();
+  removeMap();
+  shown.isRestored = false;
+  if (!same(wanted.kept, shown.keptAt ?? null)) forgetA();
+}
+
+// Parts of the panel, one at a time.
+const TABS = { numbers: "Numbers", curves: "Curves", materialsSection: "Materials", mapping: "Map", sounding: "Sound", saving: "Save", faultsSection: "Check" };
+function tabs() {
+  for (const [id, name] of Object.entries(TABS)) {
+    if (id === "faultsSection" && !shown.room.faults.length) continue;
+    const tab = make("button", id === "faultsSection" ? `${name} (${shown.room.faults.length})` : name);
+    tab.setAttribute("role", "tab");
+    tab.setAttribute("aria-controls", id);
+    tab.onclick = () => openTab(id);
+    byId("tabs").append(tab);
+  }
+  openTab("numbers");
+}
+function openTab(chosen) {
+  for (const tab of byId("tabs").children) tab.setAttribute("aria-selected", String(tab.getAttribute("aria-controls") === chosen));
+  for (const id of Object.keys(TABS)) byId(id).classList.toggle("closed", id !== chosen);
 }
 
 function walkByKeys() {
@@ -324,23 +393,44 @@ function refuse(message) {
 
 function compare() {
   byId("keep").onclick = () => {
-    shown.kept = shown.pair;
-    const materials = isChanged() ? "changed materials" : "the materials of the map";
-    byId("isA").textContent = `A: ${shown.pair.source} → (${wanted.listener.join(", ")}) m, ${materials}.`;
-    shown.heardA = shown.heard ?? null;
-    byId("forget").hidden = false;
-    byId("hearing").hidden = !shown.heardA;
-    showParameters(shown.pair, shown.kept);
+    wanted.kept = wish();
+    remember();
+    keepA(shown.pair);
   };
   byId("forget").onclick = () => {
-    shown.kept = null;
-    byId("forget").hidden = true;
-    byId("isA").textContent = "";
-    byId("hearing").hidden = true;
-    byId("hearA").checked = false;
-    if (shown.heard) hearing.hear(shown.heard);
-    showParameters(shown.pair, null);
+    wanted.kept = null;
+    remember();
+    forgetA();
   };
+}
+
+// A and what it is; differences are shown in just-noticeable differences.
+function keepA(pair) {
+  const { kept } = wanted, materials = Object.keys(kept.changes).length ? "changed materials" : "the materials of the map";
+  Object.assign(shown, { kept: pair, keptAt: kept, heardA: same(kept, wish()) ? shown.heard ?? null : null });
+  byId("isA").textContent = `A: ${pair.source} → (${kept.listener.join(", ")}) m, ${materials}. Differences in just-noticeable ones (JND).`;
+  byId("forget").hidden = false;
+  byId("hearing").hidden = !shown.heardA;
+  showParameters(shown.pair, shown.kept);
+}
+
+function forgetA() {
+  Object.assign(shown, { kept: null, keptAt: null, heardA: null });
+  byId("forget").hidden = byId("hearing").hidden = true;
+  byId("isA").textContent = "";
+  byId("hearA").checked = false;
+  if (shown.heard) hearing.hear(shown.heard);
+  if (shown.pair) showParameters(shown.pair, null);
+}
+
+// The A of an address is rendered again.
+async function recallA() {
+  const { kept } = wanted;
+  if (!kept || same(kept, shown.keptAt) || !shown.steps.length) return;
+  try {
+    const { pair } = await server.ask("render", { ...kept, window: `${server.window}A`, batches: null });
+    if (same(kept, wanted.kept)) keepA(pair);
+  } catch (error) { say(`A: ${error.message}`, true); }
 }
 
 // From few batches first: what is played, and a walk, is heard at once.
@@ -427,8 +517,7 @@ function paint() {
 }
 
 async function library() {
-  const entries = byId("entries"), target = byId("target"), words = byId("words");
-  if (!target.options.length) shown.room.materials.forEach((material) => target.append(make("option", material.name)));
+  const entries = byId("entries"), words = byId("words");
   const search = async () => {
     try {
       shown.entries = await server.ask("materials", { words: words.value });
@@ -438,7 +527,7 @@ async function library() {
   };
   words.oninput = search;
   byId("apply").onclick = () => {
-    const entry = shown.entries[entries.selectedIndex], material = shown.room.materials[target.selectedIndex];
+    const entry = shown.entries[entries.selectedIndex], material = shown.room.materials[shown.material];
     if (!entry.absorption) return say(`${entry.name} has no absorption in the library`, true);
     changeMaterial(material, entry.absorption);
   };

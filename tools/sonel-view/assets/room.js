@@ -50,7 +50,8 @@ class RoomView {
     this.ways = new THREE.Group();
     this.map = new THREE.Group();
     this.points = new THREE.Group();
-    this.scene.add(this.walls, this.ways, this.map, this.points, new THREE.AmbientLight(0xffffff, 2));
+    this.sun = new THREE.DirectionalLight(0xffffff, 1.3);
+    this.scene.add(this.walls, this.ways, this.map, this.points, new THREE.AmbientLight(0xffffff, 2.1), this.sun);
     this.camera = new THREE.PerspectiveCamera(45, 1, 0.01, 1e5);
     try {
       this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
@@ -67,6 +68,7 @@ class RoomView {
   load(room) {
     this.room = room;
     this.up = new THREE.Vector3(...room.up);
+    this.sun.position.set(0.45, 0.3, 0.2).addScaledVector(this.up, 1);
     this.cut.normal.copy(this.up).negate();
     this.camera.up.copy(this.up);
     // The controls take what is up once.
@@ -98,11 +100,14 @@ class RoomView {
       const solid = geometry.toNonIndexed();
       solid.computeVertexNormals();
       const look = { color: colorOf(index), clippingPlanes: [this.cut] };
+      // Walls are drawn from within the room alone, so that one sees into it; sheets let one look through.
+      const light = { color: new THREE.Color(look.color).lerp(new THREE.Color("#fff"), 0.55), clippingPlanes: [this.cut], polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
       solid.addGroup(0, material.closed, 0);
       solid.addGroup(material.closed, Infinity, 1);
-      const [front, both] = [{}, { side: THREE.DoubleSide }].map((side) => new THREE.MeshLambertMaterial({ ...look, ...side, transparent: true, opacity: 0.22, depthWrite: false }));
+      const front = new THREE.MeshLambertMaterial(light);
+      const both = new THREE.MeshLambertMaterial({ ...light, side: THREE.DoubleSide, transparent: true, opacity: 0.5, depthWrite: false });
       const faces = new THREE.Mesh(solid, [front, both]);
-      const edges = new THREE.LineSegments(new THREE.EdgesGeometry(solid, 20), new THREE.LineBasicMaterial({ ...look, transparent: true, opacity: 0.9 }));
+      const edges = new THREE.LineSegments(new THREE.EdgesGeometry(solid, 20), new THREE.LineBasicMaterial({ ...look, transparent: true, opacity: 0.6 }));
       faces.userData.index = index;
       const body = new THREE.Group();
       body.add(faces, edges);
@@ -151,7 +156,11 @@ class RoomView {
       }
       return body;
     });
-    for (const receiver of this.room.receivers) spot(new THREE.SphereGeometry(0.7 * radius, 16, 12), "#7f7f7f", receiver.at, `receiver ${receiver.name}`);
+    const known = this.room.receivers.map((receiver) => spot(new THREE.SphereGeometry(0.7 * radius, 16, 12), "#7f7f7f", receiver.at, `receiver ${receiver.name}`));
+    this.receivers = known;
+    const named = [...this.room.sources, ...this.room.receivers], bodies = [...this.sources, ...known];
+    this.names = named.map(({ name }, index) => ({ body: bodies[index], text: make("span", name) }));
+    byId("names").replaceChildren(...this.names.map(({ text }) => text));
     this.listener = spot(new THREE.SphereGeometry(1.2 * radius, 24, 16), "#e6a100", this.room.receivers[0]?.at ?? this.room.origin, "listener");
   }
 
@@ -298,7 +307,22 @@ class RoomView {
       this.pending = false;
       this.resize();
       this.renderer.render(this.scene, this.camera);
+      this.placeNames();
     });
+  }
+
+  // Names stand beside what they are of; of many the nearest to the reader.
+  placeNames() {
+    const { clientWidth, clientHeight } = this.canvas, taken = [];
+    const seen = this.names.map(({ body, text }) => ({ text, at: body.position.clone().project(this.camera) })).sort((one, other) => one.at.z - other.at.z);
+    for (const { text, at } of seen) {
+      const x = (at.x + 1) / 2 * clientWidth + 9, y = (1 - at.y) / 2 * clientHeight - 9;
+      const isFree = Math.abs(at.z) < 1 && taken.every(([left, top]) => Math.abs(left - x) > 70 || Math.abs(top - y) > 14);
+      text.hidden = !isFree;
+      if (!isFree) continue;
+      taken.push([x, y]);
+      text.style.transform = `translate(${x}px, ${y}px)`;
+    }
   }
 
   // The listener or a source follows the mouse in its plane; with the shift key up and down. Elsewhere the mouse turns the room.
@@ -310,9 +334,10 @@ class RoomView {
       ray.setFromCamera(mouse, this.camera);
     };
     // What is dragged, the plane it moves in (none up and down), and where the mouse took it.
-    let held = null;
+    let held = null, pressed = null;
     this.canvas.addEventListener("pointerdown", (event) => {
       aim(event);
+      pressed = { x: event.clientX, y: event.clientY };
       const movable = this.onMove ? [this.listener, ...(this.canTrace ? this.sources : [])] : [];
       const body = ray.intersectObjects(movable, false)[0]?.object;
       if (!body) return;
@@ -344,8 +369,21 @@ class RoomView {
       if (drops && isMoved) this.onDrop(source, this.world(body.position));
       this.draw();
     };
-    this.canvas.addEventListener("pointerup", () => end(true));
+    this.canvas.addEventListener("pointerup", (event) => {
+      const isClick = pressed && !held?.isMoved && Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) <= 3;
+      aim(event);
+      if (isClick && held?.body !== this.listener) this.click(ray);
+      end(true);
+    });
     this.canvas.addEventListener("pointercancel", () => end(false));
+  }
+
+  // A receiver or a surface is chosen.
+  click(ray) {
+    const [spot] = ray.intersectObjects(this.receivers);
+    if (spot) return this.onPick?.({ receiver: this.receivers.indexOf(spot.object) });
+    const [wall] = ray.intersectObjects(this.bodies.filter(({ body, faces }) => body.visible && faces.visible).map(({ faces }) => faces));
+    if (wall) this.onPick?.({ material: wall.object.userData.index });
   }
 
   // Up and down as far as the mouse goes on the screen, whatever the view: from above, a plane through the mouse would lead far away.
