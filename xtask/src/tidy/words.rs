@@ -33,7 +33,7 @@ mod tests {
 
     #[test]
     fn pages_above_their_budget_are_rejected() {
-        let of = |words: usize| Tree::of(&[("docs/how-to/a.md", &"a ".repeat(words)), ("README.md", "b c")]);
+        let of = |words: usize| Tree::of(&[("docs/README.md", &"a ".repeat(words)), ("README.md", "b c")]);
         assert!(budget(&of(BUDGET - 2)).is_empty());
         assert_eq!(budget(&of(BUDGET - 1)).len(), 1);
     }
@@ -41,7 +41,7 @@ mod tests {
     #[test]
     fn pages_of_scenes_and_of_crates_do_not_count() {
         assert_eq!(
-            count(&Tree::of(&[("scenes/hall/README.md", "a b"), ("docs/a.csv", "c"), ("a.md", "| d |")])),
+            count(&Tree::of(&[("scenes/hall/README.md", "a b"), ("docs/x.csv", "c"), ("STYLE.md", "| d |")])),
             1
         );
     }
