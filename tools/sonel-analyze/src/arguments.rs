@@ -37,10 +37,12 @@ pub struct Arguments {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
-    /// Print only errors on stderr.
+    /// Print only errors.
     #[arg(long, global = true)]
     pub quiet: bool,
-    /// Threads; by default all cores. The result does not depend on it.
+    /// Threads [default: all cores].
+    ///
+    /// 1 … 1024. The result does not depend on it.
     #[arg(long, value_name = "N", global = true, value_parser = parse_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
 }
@@ -90,7 +92,9 @@ pub enum Command {
 
 The file needs no network. With the map it also shows room, effects and energy ledger.")]
 pub struct Report {
-    /// Responses written by sonel-render, and optionally the map of the first one; a map alone is rendered at the receivers of its scene.
+    /// Responses, and optionally their maps.
+    ///
+    /// Responses are written by sonel-render. A map alone is rendered at the receivers of its scene.
     #[arg(value_name = "RESPONSE.npz|MAP.sonelmap", required = true)]
     pub files: Vec<PathBuf>,
     /// Page to write.
@@ -114,7 +118,7 @@ pub struct Report {
 
 With the seed of the rendering the files are those of sonel-render --wav, byte for byte.")]
 pub struct Auralise {
-    /// A response written by sonel-render.
+    /// The response.
     #[arg(value_name = "RESPONSE.npz")]
     pub response: PathBuf,
     /// Where impulse responses are written, and how.
@@ -134,10 +138,12 @@ pub struct Auralise {
 
 Nothing is normalised: at 1 m from the source in a free field the recording keeps its level.")]
 pub struct Listen {
-    /// An impulse response, of one or more channels.
+    /// An impulse response.
     #[arg(value_name = "IR.wav")]
     pub impulse_response: PathBuf,
-    /// A recording without reverberation, one channel; other sample rates are converted to that of the response.
+    /// Dry recording of one channel.
+    ///
+    /// Other sample rates are converted to that of the response.
     #[arg(value_name = "RECORDING.wav")]
     pub recording: PathBuf,
     /// WAV file to write.
@@ -156,7 +162,9 @@ pub struct Listen {
 IACC is 1 for equal sound at both ears and small for a diffuse field. It differs between realisations of late \
 sound (--seed of sonel-render).")]
 pub struct IaccArguments {
-    /// Binaural impulse responses: WAV files of two channels, left and right.
+    /// Binaural impulse responses.
+    ///
+    /// WAV files of two channels, left and right.
     #[arg(value_name = "IR_binaural.wav", required = true)]
     pub recordings: Vec<PathBuf>,
     /// Table or JSON.
@@ -176,7 +184,9 @@ pub struct IaccArguments {
 Properties are varied one at a time about the base setting, which has the first value of each list. The folder then \
 has README.md with a recommendation, plots and tradeoff.json.")]
 pub struct Tradeoff {
-    /// Scene file; errors are evaluated at its receivers.
+    /// Scene file.
+    ///
+    /// Errors are evaluated at its receivers.
     #[arg(value_name = "SCENE.toml")]
     pub scene: PathBuf,
     /// Folder of the results.
@@ -258,10 +268,12 @@ pub struct SensitivityArguments {
 
 Maps are compared by surfaces, bands and times, responses by parameters. Both compare beyond noise: two seeds of one scene differ in 1 % of comparisons.")]
 pub struct Diff {
-    /// A map written by sonel-trace, or a response written by sonel-render.
+    /// A map or a response.
     #[arg(value_name = "A")]
     pub a: PathBuf,
-    /// A second file of the same kind; with --between by default A. Sources and receivers are compared by name.
+    /// A second file of the same kind.
+    ///
+    /// With --between by default A. Sources and receivers are compared by name.
     #[arg(value_name = "B", required_unless_present = "between")]
     pub b: Option<PathBuf>,
     /// Compare two receivers, by name.
@@ -298,7 +310,7 @@ impl Diff {
 The result is what sonel-trace or sonel-render writes in one piece, byte for byte. Neighbouring shards of a map such \
 as 1/4 and 2/4 make the larger shard 1/2.")]
 pub struct Merge {
-    /// Shards of one map or of one response, in any order.
+    /// Shards of a map or response, in any order.
     #[arg(value_name = "SHARD", required = true)]
     pub shards: Vec<PathBuf>,
     /// Map or response to write.
@@ -338,7 +350,7 @@ writes energy.exr, with a layer per window and a channel per band, and energy.pn
 are incident energy per area and unit emitted energy in 1/m\u{b2}, direct sound included. A camera outside a closed \
 room sees into it.")]
 pub struct Image {
-    /// A map written by sonel-trace.
+    /// The map.
     #[arg(value_name = "MAP.sonelmap")]
     pub map: PathBuf,
     /// OpenEXR file to write.

@@ -49,7 +49,9 @@ pub struct HeadArguments {
                   sonel-view before.npz after.npz before.sonelmap -o renovation.html"
 )]
 pub struct Arguments {
-    /// A scene, or maps, and responses; a served page is of one map.
+    /// A scene, or maps and responses.
+    ///
+    /// A served page is of one map.
     #[arg(value_name = "SCENE.toml|MAP.sonelmap|RESPONSE.npz", required = true)]
     pub files: Vec<PathBuf>,
     /// Page to write instead of serving.

@@ -144,6 +144,16 @@ mod tests {
         assert!(own == page(&own).unwrap(), "{PAGE} is behind: run `cargo pages options`");
     }
 
+    /// `-h` and the tables have a few words for each option, `--help` a paragraph.
+    #[test]
+    fn every_option_has_a_short_text() {
+        let is_short = |row: &str| row.split(" | ").nth(1).is_some_and(|text| text.split(' ').count() <= 8);
+        let long: Vec<String> =
+            rows().into_iter().map(|row| row.cells).filter(|row| !is_short(row)).collect();
+        assert!(long.is_empty(), "a paragraph belongs behind an empty line: {long:#?}");
+        assert!(!is_short("| `--seed N` | The seed of all random numbers in this very run | 1 |"));
+    }
+
     #[test]
     fn a_changed_sentence_is_noticed() {
         let own = workspace::read(PAGE).unwrap();

@@ -18,7 +18,9 @@ use super::Format;
   sonel-analyze parameters room.npz --map room.sonelmap \\
     --material-uncertainty 0.05 --material-uncertainty ceiling=0.1")]
 pub struct Parameters {
-    /// Responses written by sonel-render, or measured impulse responses; several are printed side by side with differences from the first.
+    /// Responses or measured impulse responses.
+    ///
+    /// Several are printed side by side with differences from the first.
     #[arg(value_name = "RESPONSE.npz|IMPULSE.wav", required = true)]
     pub responses: Vec<PathBuf>,
     /// Output format.

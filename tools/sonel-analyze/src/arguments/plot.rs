@@ -18,8 +18,9 @@ use sonel_console::heard::HeardArguments;
     --band 1000 -o clarity.png
   sonel-analyze plot hall.npz --what early --receiver 'stalls rear' -o early.svg")]
 pub struct Plot {
-    /// Responses written by sonel-render, drawn side by side, parameters in the same panels. With --what map also the map,
-    /// to draw its walls.
+    /// Responses, drawn side by side.
+    ///
+    /// Parameters are in the same panels. With --what map also the map, to draw its walls.
     #[arg(value_name = "RESPONSE.npz|MAP.sonelmap", required = true)]
     pub files: Vec<PathBuf>,
     /// SVG or PNG to write, by its ending.

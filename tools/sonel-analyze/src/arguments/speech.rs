@@ -14,7 +14,9 @@ use sonel::analysis::speech::{noise_level_db, speech_power_level_db};
   sonel-analyze open-plan none.npz screens-1.4.npz screens-1.8.npz \\
     --noise NR-35 -o screens.svg")]
 pub struct OpenPlan {
-    /// Responses written by sonel-render, side by side; insertion losses are those of the others re the first.
+    /// Responses, side by side.
+    ///
+    /// Insertion losses are those of the others re the first.
     #[arg(value_name = "RESPONSE.npz", required = true)]
     pub responses: Vec<PathBuf>,
     /// SVG or PNG to write, by its ending.
