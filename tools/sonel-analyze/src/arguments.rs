@@ -29,7 +29,7 @@ pub(crate) use speech::OpenPlan;
 #[derive(Debug, Clone, Parser)]
 #[command(
     version = crate::VERSION.as_str(),
-    after_help = "Example:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap\n  \
+    after_long_help = "Example:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap\n  \
                   sonel-render room.sonelmap -o room.npz\n  sonel-analyze parameters room.npz\n  \
                   sonel-analyze verify room.sonelmap"
 )]
@@ -37,10 +37,12 @@ pub struct Arguments {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
-    /// Print only errors on stderr.
+    /// Print only errors.
     #[arg(long, global = true)]
     pub quiet: bool,
-    /// Threads; by default all cores. The result does not depend on it.
+    /// Threads [default: all cores].
+    ///
+    /// 1 … 1024. The result does not depend on it.
     #[arg(long, value_name = "N", global = true, value_parser = parse_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
 }
@@ -82,7 +84,7 @@ pub enum Command {
 
 /// `report`.
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:
+#[command(after_long_help = "Example:
   sonel-analyze report hall.npz hall.sonelmap -o hall.html
   sonel-analyze report before.npz after.npz before.sonelmap -o renovation.html
   sonel-analyze report class.npz class-tiles.npz class.sonelmap -o class.html \\
@@ -90,10 +92,14 @@ pub enum Command {
 
 The file needs no network. With the map it also shows room, effects and energy ledger.")]
 pub struct Report {
-    /// Responses written by sonel-render, and optionally the map of the first one; a map alone is rendered at the receivers of its scene.
+    /// Responses, and optionally their maps.
+    ///
+    /// Responses are written by sonel-render. A map alone is rendered at the receivers of its scene.
     #[arg(value_name = "RESPONSE.npz|MAP.sonelmap", required = true)]
     pub files: Vec<PathBuf>,
-    /// Page to write; an existing one is replaced when the new one is complete.
+    /// Page to write.
+    ///
+    /// An existing page is replaced when the new one is complete.
     #[arg(short, long, value_name = "REPORT.html")]
     pub output: PathBuf,
     /// Speech, noise, and sources as one system.
@@ -106,53 +112,59 @@ pub struct Report {
 
 /// `auralise`.
 #[derive(Debug, Clone, Args)]
-#[command(mut_arg("wav", |wav| wav.required(true)), after_help = "Example:
+#[command(mut_arg("wav", |wav| wav.required(true)), after_long_help = "Example:
   sonel-render hall.sonelmap -o hall.npz --directions
   sonel-analyze auralise hall.npz --wav impulses --ambix 3
 
 With the seed of the rendering the files are those of sonel-render --wav, byte for byte.")]
 pub struct Auralise {
-    /// A response written by sonel-render.
+    /// The response.
     #[arg(value_name = "RESPONSE.npz")]
     pub response: PathBuf,
     /// Where impulse responses are written, and how.
     #[command(flatten)]
     pub sound: SoundArguments,
-    /// Seed of the waves of late sound [default: of the rendering].
+    /// Seed of late sound [default: of the rendering].
     #[arg(long, allow_negative_numbers = true)]
     pub seed: Option<u64>,
 }
 
 /// `listen`.
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:
+#[command(after_long_help = "Example:
   sonel-render hall.sonelmap -o hall.npz --wav impulses
   sonel-analyze listen 'impulses/1-stage_3-stalls rear.wav' speech.wav \\
     -o heard.wav
 
 Nothing is normalised: at 1 m from the source in a free field the recording keeps its level.")]
 pub struct Listen {
-    /// An impulse response, of one or more channels.
+    /// An impulse response.
     #[arg(value_name = "IR.wav")]
     pub impulse_response: PathBuf,
-    /// A recording without reverberation, one channel; other sample rates are converted to that of the response.
+    /// Dry recording of one channel.
+    ///
+    /// Other sample rates are converted to that of the response.
     #[arg(value_name = "RECORDING.wav")]
     pub recording: PathBuf,
-    /// WAV file to write, 32-bit float; an existing one is replaced when the new one is complete.
+    /// WAV file to write.
+    ///
+    /// 32-bit float. An existing file is replaced when the new one is complete.
     #[arg(short, long, value_name = "HEARD.wav")]
     pub output: PathBuf,
 }
 
 /// `iacc`.
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:
+#[command(after_long_help = "Example:
   sonel-render hall.sonelmap -o hall.npz --wav impulses --hrtf head.sofa
   sonel-analyze iacc impulses/*_binaural.wav --json
 
 IACC is 1 for equal sound at both ears and small for a diffuse field. It differs between realisations of late \
 sound (--seed of sonel-render).")]
 pub struct IaccArguments {
-    /// Binaural impulse responses: WAV files of two channels, left and right.
+    /// Binaural impulse responses.
+    ///
+    /// WAV files of two channels, left and right.
     #[arg(value_name = "IR_binaural.wav", required = true)]
     pub recordings: Vec<PathBuf>,
     /// Table or JSON.
@@ -162,7 +174,7 @@ pub struct IaccArguments {
 
 /// `tradeoff`.
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:
+#[command(after_long_help = "Example:
   sonel-analyze tradeoff scenes/shoebox/scene.toml -o shoebox-tradeoff
   sonel-analyze tradeoff scenes/hall/scene.toml -o survival \\
     --survival 0.15,0,0.05,0.4,1 --repeats 12
@@ -172,50 +184,64 @@ pub struct IaccArguments {
 Properties are varied one at a time about the base setting, which has the first value of each list. The folder then \
 has README.md with a recommendation, plots and tradeoff.json.")]
 pub struct Tradeoff {
-    /// Scene file; errors are evaluated at its receivers.
+    /// Scene file.
+    ///
+    /// Errors are evaluated at its receivers.
     #[arg(value_name = "SCENE.toml")]
     pub scene: PathBuf,
-    /// Folder of the results, created if it does not exist; each file is replaced when the new one is complete.
+    /// Folder of the results.
+    ///
+    /// Created if it does not exist; each file is replaced when the new one is complete.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Numbers of packets per source to try [default: 1k,4k,16k,64k].
+    /// Packets per source to try [default: 1k,4k,16k,64k].
     #[arg(long, alias = "sonels", value_delimiter = ',', value_name = "N,…", value_parser = parse_count, allow_negative_numbers = true)]
     pub packets: Vec<u64>,
-    /// Survival exponents β to try, 0 … 1.
+    /// Roulette exponents β to try, 0 … 1.
     #[arg(long, value_delimiter = ',', value_name = "BETA,…", allow_hyphen_values = true)]
     pub survival: Vec<f64>,
     /// Methods to try.
     #[arg(long, value_parser = mode(), value_delimiter = ',', value_name = "MODE,…")]
     pub mode: Vec<Mode>,
-    /// Estimators to try [default: all, unless several values of another option are given].
+    /// Estimators to try [default: all].
+    ///
+    /// The default is all unless several values of another option are given.
     #[arg(long, value_parser = estimator(), value_delimiter = ',', value_name = "ESTIMATOR,…")]
     pub estimator: Vec<Estimator>,
     /// Numbers of visibility rays to try.
     #[arg(long, value_delimiter = ',', value_name = "M,…", value_parser = parse_rays, allow_negative_numbers = true)]
     pub rays: Vec<u32>,
-    /// Radii of the gathering discs to try [m].
+    /// Radii of gathering discs to try [m].
     #[arg(long, value_delimiter = ',', value_name = "METRES,…", allow_hyphen_values = true)]
     pub radius: Vec<f64>,
-    /// Runs of every setting, each with its own seed.
+    /// Runs of every setting.
+    ///
+    /// Each with its own seed.
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..))]
     pub repeats: u32,
-    /// Seed of the first repeat; later repeats use the following numbers.
+    /// Seed of the first run.
+    ///
+    /// Later runs use the following numbers.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Packets of the reference run where no exact answer is known [default: four times the largest number of packets].
+    /// Packets of the reference run [default: four times the largest number].
+    ///
+    /// A reference is run where no exact answer is known.
     #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub reference: Option<u64>,
-    /// Length of the echograms [s] [default: that of the scene].
+    /// Length of echograms [s] [default: of the scene].
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     pub duration: Option<f64>,
-    /// Simulated effects: auto, all or none, then changes such as auto,-air [default: auto].
+    /// Simulated effects [default: auto].
+    ///
+    /// As of sonel-trace: auto, all or none, then changes such as auto,-air.
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
     pub effects: Option<EffectSpec>,
 }
 
 /// `sensitivity`.
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:
+#[command(after_long_help = "Example:
   sonel-analyze sensitivity hall.sonelmap
   sonel-analyze sensitivity hall.sonelmap --receiver 'stalls=0,14,1.5' \\
     --format csv > sensitivity.csv")]
@@ -223,33 +249,39 @@ pub struct SensitivityArguments {
     /// The map.
     #[arg(value_name = "MAP.sonelmap")]
     pub map: PathBuf,
-    /// Receiver position in scene axes [m]; repeatable [default: of the scene].
+    /// Receiver; repeatable [default: those of the scene].
+    ///
+    /// A position in scene axes [m], with directivity and aim: NAME=x,y,z,cardioid,x,y,z.
     #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
     pub receivers: Vec<ReceiverPoint>,
-    /// Output format: table, csv or json.
+    /// Output format.
     #[arg(long, value_enum, default_value_t = Format::Table)]
     pub format: Format,
 }
 
 /// `diff`.
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:
+#[command(after_long_help = "Example:
   sonel-analyze diff before.sonelmap after.sonelmap
   sonel-analyze diff before.npz after.npz || echo different
   sonel-analyze diff hall.npz --between 'stalls front' 'balcony rear'
 
 Maps are compared by surfaces, bands and times, responses by parameters. Both compare beyond noise: two seeds of one scene differ in 1 % of comparisons.")]
 pub struct Diff {
-    /// A map written by sonel-trace, or a response written by sonel-render.
+    /// A map or a response.
     #[arg(value_name = "A")]
     pub a: PathBuf,
-    /// A second file of the same kind; with --between by default A. Sources and receivers are compared by name.
+    /// A second file of the same kind.
+    ///
+    /// With --between by default A. Sources and receivers are compared by name.
     #[arg(value_name = "B", required_unless_present = "between")]
     pub b: Option<PathBuf>,
-    /// Compare a receiver of A with another receiver of B, by name.
+    /// Compare two receivers, by name.
+    ///
+    /// A receiver of A with another of B.
     #[arg(long, num_args = 2, value_names = ["RECEIVER", "RECEIVER"])]
     pub between: Vec<String>,
-    /// After the summary, print everything that differs beyond noise.
+    /// List all differences beyond noise.
     #[arg(long, conflicts_with_all = ["json", "format"])]
     pub list: bool,
     /// Table or JSON.
@@ -267,7 +299,7 @@ impl Diff {
 
 /// `merge`.
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:
+#[command(after_long_help = "Example:
   sonel-trace scenes/hall/scene.toml -o 1.sonelmap --packets 1M --shard 1/2
   sonel-trace scenes/hall/scene.toml -o 2.sonelmap --packets 1M --shard 2/2
   sonel-analyze merge 1.sonelmap 2.sonelmap -o hall.sonelmap
@@ -278,17 +310,19 @@ impl Diff {
 The result is what sonel-trace or sonel-render writes in one piece, byte for byte. Neighbouring shards of a map such \
 as 1/4 and 2/4 make the larger shard 1/2.")]
 pub struct Merge {
-    /// Shards of one map or of one response, in any order.
+    /// Shards of a map or response, in any order.
     #[arg(value_name = "SHARD", required = true)]
     pub shards: Vec<PathBuf>,
-    /// Map or response to write; an existing one is replaced when the new one is complete.
+    /// Map or response to write.
+    ///
+    /// An existing file is replaced when the new one is complete.
     #[arg(short, long, value_name = "WHOLE")]
     pub output: PathBuf,
 }
 
 /// `export`.
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:
+#[command(after_long_help = "Example:
   sonel-analyze export room.sonelmap -o sonels.npz
   python -c 'import numpy; f = numpy.load(\"sonels.npz\"); print(f[\"position_m\"])'
   sonel-analyze export room.npz -o echograms.csv
@@ -299,14 +333,16 @@ pub struct Export {
     /// A map written by sonel-trace, or a response written by sonel-render.
     #[arg(value_name = "MAP.sonelmap|RESPONSE.npz")]
     pub file: PathBuf,
-    /// File to write: sonels as .csv or .npz, echograms as .csv; an existing one is replaced when the new one is complete.
+    /// Table to write.
+    ///
+    /// Sonels as .csv or .npz, echograms as .csv. An existing file is replaced when the new one is complete.
     #[arg(short, long, value_name = "TABLE.csv|SONELS.npz")]
     pub output: PathBuf,
 }
 
 /// `image`.
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:
+#[command(after_long_help = "Example:
   sonel-analyze image hall.sonelmap -o energy.exr --eye 0,25,6 --look 0,5,5 \\
     --fov 80 --windows 0-20ms,20-50ms,50-100ms
 
@@ -314,10 +350,12 @@ writes energy.exr, with a layer per window and a channel per band, and energy.pn
 are incident energy per area and unit emitted energy in 1/m\u{b2}, direct sound included. A camera outside a closed \
 room sees into it.")]
 pub struct Image {
-    /// A map written by sonel-trace.
+    /// The map.
     #[arg(value_name = "MAP.sonelmap")]
     pub map: PathBuf,
-    /// OpenEXR file to write, with a PNG beside it; existing ones are replaced when the new ones are complete.
+    /// OpenEXR file to write.
+    ///
+    /// A PNG is written beside it. Existing files are replaced when the new ones are complete.
     #[arg(short, long, value_name = "ENERGY.exr")]
     pub output: PathBuf,
     /// Position of the camera [m].
@@ -326,25 +364,33 @@ pub struct Image {
     /// Point in the middle of the picture [m].
     #[arg(long, value_name = "x,y,z", value_parser = parse_position, allow_hyphen_values = true)]
     pub look: DVec3,
-    /// Angle between the left and right borders, above 0 and below 180 degrees.
+    /// Horizontal angle of view [°].
+    ///
+    /// Between the left and right borders, above 0 and below 180 degrees.
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
     pub fov: f64,
     /// Pixels across and down.
     #[arg(long, value_name = "WxH", default_value = "960x540", value_parser = parse_size, allow_hyphen_values = true)]
     pub size: [u32; 2],
-    /// Time windows from emission, such as 0-20ms or 0.05-0.1s [default: the whole run].
+    /// Time windows, such as 0-20ms [default: the whole run].
+    ///
+    /// From emission, each with a unit: 0-20ms,0.05-0.1s.
     #[arg(long, value_name = "FROM-TO,…", value_delimiter = ',', value_parser = parse_window, allow_hyphen_values = true)]
     pub windows: Vec<NamedWindow>,
-    /// Band of the PNG by its nominal centre [Hz], or sum: all bands, weighted by the power of the source.
+    /// Band of the PNG.
+    ///
+    /// Its nominal centre [Hz], or sum: all bands, weighted by the power of the source.
     #[arg(long, value_name = "HZ|sum", default_value = "sum")]
     pub band: String,
-    /// Levels of the first and last colour of the PNG in dB re 1/m² [default: the highest 40 dB].
+    /// Levels of the colours [dB re 1/m²] [default: highest 40 dB].
+    ///
+    /// Of the first and the last colour of the PNG.
     #[arg(long, value_name = "LOW:HIGH", value_parser = parse_range, allow_hyphen_values = true)]
     pub range: Option<[f64; 2]>,
     /// Source [default: the first].
     #[arg(long, value_name = "NAME")]
     pub source: Option<String>,
-    /// Radius of the discs in which sonels are counted [m] [default: from room and number of packets].
+    /// Radius of the gathering discs [m] [default: from room and packets].
     #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
     pub radius: Option<f64>,
 }
@@ -392,7 +438,7 @@ fn parse_range(text: &str) -> Result<[f64; 2], String> {
 
 /// `inspect`.
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:
+#[command(after_long_help = "Example:
   sonel-analyze inspect room.sonelmap --json | jq .ledger")]
 pub struct Inspect {
     /// A map or a response.
@@ -405,7 +451,7 @@ pub struct Inspect {
 
 /// `verify`.
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:
+#[command(after_long_help = "Example:
   sonel-analyze verify room.sonelmap && echo valid")]
 pub struct Verify {
     /// A map written by sonel-trace.
@@ -416,10 +462,10 @@ pub struct Verify {
 /// `--format` and `--json` of commands whose tables are not CSV.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Printed {
-    /// Output format: table or json.
+    /// Output format.
     #[arg(long, value_enum, default_value_t = TableOrJson::Table)]
     format: TableOrJson,
-    /// Print JSON: as --format json.
+    /// As --format json.
     #[arg(long)]
     json: bool,
 }

@@ -10,20 +10,31 @@ use crate::spelled;
 /// Speech, noise, and sources as one system.
 #[derive(Debug, Clone, Default, Args)]
 pub struct HeardArguments {
-    /// Background noise: a curve such as NR-35 or NC-30, or levels in the octaves 125 … 8000 Hz [dB re 20 µPa], seven numbers with commas
-    /// between. Adds U50 and signal-to-noise ratio; the speech transmission index then includes noise, masking and the reception threshold.
+    /// Background noise.
+    ///
+    /// A curve such as NR-35 or NC-30, or levels in the octaves 125 … 8000 Hz [dB re 20 µPa], seven numbers with commas
+    /// between. Adds U50 and signal-to-noise ratio; the speech transmission index then includes noise, masking and the
+    /// reception threshold.
     #[arg(long, value_name = "CURVE|L125,…,L8000", value_parser = noise_level_db, allow_hyphen_values = true)]
     pub noise: Option<[f64; 7]>,
-    /// Speech: normal, raised, loud, shouted, iec, or power levels in these octaves [dB re 1 pW] [default: those of the source].
+    /// Speech power [default: of the source].
+    ///
+    /// normal, raised, loud, shouted, iec, or power levels in the octaves of --noise [dB re 1 pW].
     #[arg(long, value_name = "EFFORT|LW125,…,LW8000", value_parser = speech_power_level_db, allow_hyphen_values = true, requires = "noise")]
     pub speech: Option<[f64; 7]>,
-    /// All sources as one system: energies are added, time zero is the first direct sound. Lateral parameters are left out.
+    /// All sources as one system.
+    ///
+    /// Energies are added; time zero is the first direct sound. Lateral parameters are left out.
     #[arg(long)]
     pub together: bool,
-    /// Gain of a source with --together [dB], -100 … 100; repeatable [default: that of the scene, else 0].
+    /// Gain of a source with --together; repeatable [default: of the scene].
+    ///
+    /// -100 … 100 dB.
     #[arg(long, value_name = "SOURCE=dB", value_parser = number, allow_hyphen_values = true, requires = "together")]
     pub gain: Vec<(String, f64)>,
-    /// Delay of a source with --together [ms], 0 … 1000; repeatable [default: that of the scene, else 0].
+    /// Delay of a source with --together; repeatable [default: of the scene].
+    ///
+    /// 0 … 1000 ms.
     #[arg(long, value_name = "SOURCE=ms", value_parser = number, allow_hyphen_values = true, requires = "together")]
     pub delay: Vec<(String, f64)>,
 }

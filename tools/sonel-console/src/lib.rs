@@ -226,10 +226,12 @@ const MOST_THREADS: usize = 1024;
 /// Options that every program has.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Common {
-    /// Print only errors on stderr.
+    /// Print only errors.
     #[arg(long)]
     pub quiet: bool,
-    /// Threads; by default all cores. The result does not depend on it.
+    /// Threads [default: all cores].
+    ///
+    /// 1 … 1024. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
 }

@@ -12,8 +12,10 @@ use crate::heard::HeardArguments;
 /// Uncertainty of materials.
 #[derive(Debug, Clone, Default, Args)]
 pub struct UncertaintyArguments {
-    /// Standard uncertainty of absorption coefficients, for a second interval of every parameter: 0.05 for all materials, NAME=0.1 for one,
-    /// NAME=0.1,0.05,… by band, NAME=20% of the coefficient; repeatable. Needs the map. Materials are independent, bands of one material deviate together.
+    /// Standard uncertainty of absorption; repeatable.
+    ///
+    /// Gives every parameter a second interval: 0.05 for all materials, NAME=0.1 for one, NAME=0.1,0.05,… by band, NAME=20% of
+    /// the coefficient. Needs the map. Materials are independent, bands of one material deviate together.
     #[arg(long, value_name = "U|MATERIAL=U", value_parser = str::parse::<AbsorptionUncertainty>, allow_hyphen_values = true)]
     pub material_uncertainty: Vec<AbsorptionUncertainty>,
 }

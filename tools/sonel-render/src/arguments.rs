@@ -21,7 +21,7 @@ use crate::sound::SoundArguments;
 #[command(
     mut_arg("wav", |wav| wav.requires("output")),
     version = sonel::RENDERER_VERSION.as_str(),
-    after_help = "Examples:\n  sonel-render room.sonelmap -o room.npz \\\n    --receiver \"seat 12=60,9,60\" --grid 10:60:6,1.2,10:60:6\n  \
+    after_long_help = "Examples:\n  sonel-render room.sonelmap -o room.npz \\\n    --receiver \"seat 12=60,9,60\" --grid 10:60:6,1.2,10:60:6\n  \
                   sonel-render hall.sonelmap --plan\n  \
                   sonel-render hall.sonelmap -o hall.npz \\\n    --until \"t30<1%,level<0.1dB,c80<0.2dB\" --at-most 60s\n  \
                   sonel-render hall.sonelmap -o hall.npz --wav hall-impulses --hrtf head.sofa"
@@ -30,38 +30,52 @@ pub struct Arguments {
     /// The map; it carries its scene.
     #[arg(value_name = "MAP.sonelmap")]
     pub map: PathBuf,
-    /// Response to write; an existing one is replaced when the new one is complete. Optional with --plan.
+    /// Response to write.
+    ///
+    /// An existing response is replaced when the new one is complete. Optional with --plan.
     #[arg(short, long, value_name = "RESPONSE.npz", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
     /// Impulse responses.
     #[command(flatten)]
     pub sound: SoundArguments,
-    /// What a listener hears of --recording along a path, as SOURCE_walk.wav in the folder of --wav, instead of impulse responses: CSV with
-    /// header time,x,y,z [s, m], straight lines between its points. Not with other receivers, --hrtf.
+    /// Path of a walking listener.
+    ///
+    /// Writes what the listener hears of --recording as SOURCE_walk.wav in the folder of --wav, instead of impulse responses. A
+    /// CSV file with the header time,x,y,z [s, m]; between its points the path is straight. Not with other receivers or --hrtf.
     #[arg(long, value_name = "FILE.csv", requires_all = ["wav", "recording"], conflicts_with_all = ["receivers", "receivers_file", "grid", "audience", "shard", "hrtf"])]
     pub path: Option<PathBuf>,
-    /// Recording of one channel that every source sends along --path, from its first time on; converted to the rate of --wav.
+    /// Recording that the sources play along --path.
+    ///
+    /// One channel, converted to the rate of --wav. Every source plays it from the first time of the path on.
     #[arg(long, value_name = "FILE.wav", requires = "path")]
     pub recording: Option<PathBuf>,
-    /// Longest distance between the places that are rendered along --path [m]. Delays are exact whatever it is.
+    /// Longest step along --path [m].
+    ///
+    /// Distance between the places that are rendered. Delays are exact at any distance.
     #[arg(long, value_name = "METRES", requires = "path", default_value_t = 0.25, value_parser = parse_spacing, allow_negative_numbers = true)]
     pub path_spacing: f64,
-    /// Receiver position in scene axes [m], with directivity and aim NAME=x,y,z,cardioid,x,y,z; repeatable [default: of the
-    /// scene].
+    /// Receiver; repeatable [default: those of the scene].
+    ///
+    /// A position in scene axes [m], with directivity and aim: NAME=x,y,z,cardioid,x,y,z.
     #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
     pub receivers: Vec<ReceiverPoint>,
-    /// Receivers from a CSV file with header name,x,y,z, or a TOML file of [[receivers]] (also directivity, aim).
+    /// File of receivers.
+    ///
+    /// A CSV file with the header name,x,y,z, or a TOML file of [[receivers]] (also directivity and aim).
     #[arg(long = "receivers", value_name = "FILE")]
     pub receivers_file: Option<PathBuf>,
-    /// Grid of receivers: each axis lo:hi:n or one number [m]. Points on surfaces, in solids or outside the room are left
-    /// out.
+    /// Grid of receivers [m].
+    ///
+    /// Each axis is lo:hi:n or one number. Points on surfaces, in solids or outside the room are left out.
     #[arg(long, value_name = "X,Y,Z", value_parser = str::parse::<Grid>, allow_hyphen_values = true)]
     pub grid: Option<Grid>,
-    /// Receivers above every face of this material, sloped ones too, numbered "MATERIAL 1" …; repeatable. Points as in --grid,
-    /// and those below another face, are left out.
+    /// Receivers above all faces of a material; repeatable.
+    ///
+    /// They are numbered "MATERIAL 1" … Sloped faces have receivers too. Points as in --grid, and those below another face, are
+    /// left out.
     #[arg(long, value_name = "MATERIAL")]
     pub audience: Vec<String>,
-    /// Horizontal spacing of --audience [m].
+    /// Spacing of --audience [m].
     #[arg(
         long,
         value_name = "METRES",
@@ -79,87 +93,114 @@ pub struct Arguments {
         allow_negative_numbers = true
     )]
     pub height: f64,
-    /// Render only part I of N of the receivers, I from 1; sonel-analyze merge joins the parts. Not with --plan, --until,
-    /// --wav [default: all].
+    /// Render part I of N of the receivers [default: all].
+    ///
+    /// I counts from 1; sonel-analyze merge joins the parts. Not with --plan, --until or --wav.
     #[arg(long, value_name = "I/N", value_parser = parse_shard, conflicts_with_all = ["plan", "until", "wav"])]
     pub shard: Option<ShardRange>,
-    /// Width of a time bin [s]; at most 2²⁰ bins.
+    /// Width of a time bin [s].
+    ///
+    /// At most 2²⁰ bins.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.001, allow_negative_numbers = true)]
     pub bin: f64,
-    /// Also store energies by direction of incidence, for LF, LFC and L_J. Receivers must be omnidirectional. The lateral
-    /// axis is horizontal, at right angles to the aim, by default towards the first source.
+    /// Store energies by direction of incidence.
+    ///
+    /// For LF, LFC and L_J. Receivers must be omnidirectional. The lateral axis is horizontal, at right angles to the aim, by
+    /// default towards the first source.
     #[arg(long)]
     pub directions: bool,
-    /// Estimator for each path class: auto, connection, gather, sphere or paper. Paper needs even air and excludes --order;
-    /// maps with a gradient take auto, connection, sphere, without --order.
+    /// Estimator for each path class.
+    ///
+    /// auto, connection, gather, sphere or paper. paper needs even air and excludes --order. Maps with a gradient take auto,
+    /// connection or sphere, without --order.
     #[arg(long, value_parser = estimator(), default_value = Estimator::Auto.name())]
     pub estimator: Estimator,
-    /// Effects of the rendering: -diffraction leaves out sound over edges; other effects are decided by sonel-trace.
+    /// Effects: auto, or -diffraction.
+    ///
+    /// -diffraction leaves out sound over edges. sonel-trace decides about other effects.
     #[arg(long, value_name = "SPEC", default_value = "auto", allow_hyphen_values = true, value_parser = parse_diffraction, action = clap::ArgAction::Set)]
     pub effects: bool,
     /// Highest order of image sources [default: from the room].
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
     pub order: Option<u32>,
-    /// Radius of the discs in which sonels are gathered [m] [default: from room and number of packets].
+    /// Radius of the gathering discs [m] [default: from room and packets].
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub radius: Option<f64>,
-    /// Visibility rays per receiver; with --until the maximum [default: a quarter of the packets; 16384 with --estimator
-    /// paper].
+    /// Visibility rays per receiver [default: a quarter of the packets].
+    ///
+    /// With --until the maximum. With --estimator paper the default is 16384.
     #[arg(long, value_name = "M", value_parser = parse_rays, allow_negative_numbers = true)]
     pub rays: Option<u32>,
-    /// Render the first K batches of the map alone: a share of the time, wider intervals. Not with --plan, --until
-    /// [default: all].
+    /// Render the first K batches alone [default: all].
+    ///
+    /// Takes a share of the time, and intervals are wider. Not with --plan or --until.
     #[arg(long, value_name = "K", allow_negative_numbers = true, conflicts_with_all = ["plan", "until"])]
     pub batches: Option<u32>,
     /// Seed of the rendering [default: of the map].
     #[arg(long, allow_negative_numbers = true)]
     pub seed: Option<u64>,
-    /// Temperature of the air for its attenuation [°C]; travel times stay. Maps with regions of other air take --no-air
-    /// alone [default: of the map].
+    /// Air temperature for attenuation [°C] [default: of the map].
+    ///
+    /// Travel times stay. Maps with regions of other air take --no-air alone.
     #[arg(long, value_name = "CELSIUS", allow_hyphen_values = true)]
     pub temperature: Option<f64>,
-    /// Relative humidity of the air for its attenuation [%] [default: of the map].
+    /// Relative humidity for attenuation [%] [default: of the map].
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
     pub humidity: Option<f64>,
     /// No attenuation by air.
     #[arg(long, conflicts_with_all = ["temperature", "humidity"])]
     pub no_air: bool,
-    /// Change a coefficient or directivity: materials.NAME.absorption=0.4 (also scattering, diffuse, transmission,
-    /// sound_reduction_db; one number, or one per band with commas between), materials.NAME.library=ENTRY, sources.NAME.directivity=WORD or a file (.csv, .sofa);
-    /// repeatable. What the stored paths do not support is refused, with the sonel-trace command that makes it possible.
+    /// Change a coefficient or directivity; repeatable.
+    ///
+    /// materials.NAME.absorption=0.4, also scattering, diffuse, transmission, sound_reduction_db: one number, or one per band
+    /// with commas between. materials.NAME.library=ENTRY. sources.NAME.directivity=WORD, or a file (.csv, .sofa). What the
+    /// stored paths do not support is refused, with the sonel-trace command that makes it possible.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = str::parse::<Change>)]
     pub set: Vec<Change>,
-    /// Also render this variant of the scene file ([variants.NAME]), to RESPONSE-NAME.npz beside the response with the materials of the
-    /// scene; repeatable. all: every variant. --materials and --set apply to each.
+    /// Also render this variant; repeatable.
+    ///
+    /// A variant [variants.NAME] of the scene file, or all. It is written to RESPONSE-NAME.npz, beside the response with the
+    /// materials of the scene. --materials and --set apply to each.
     #[arg(long = "variant", value_name = "NAME", requires = "output", conflicts_with_all = ["plan", "until", "wav", "json"])]
     pub variants: Vec<String>,
-    /// Change materials: a TOML file of [materials.NAME] as in a scene file, applied before --set; others stay.
+    /// Change materials by a file.
+    ///
+    /// A TOML file of [materials.NAME] as in a scene file, applied before --set; other materials stay.
     #[arg(long, value_name = "FILE.toml")]
     pub materials: Option<PathBuf>,
-    /// Print rays, cost and intervals for several accuracies at up to sixteen receivers, and the packets required where
-    /// more rays do not help; with --output, also render and compare.
+    /// Predict rays, cost and intervals.
+    ///
+    /// Prints them for several accuracies at up to sixteen receivers, and the packets required where more rays do not help.
+    /// With --output, also renders and compares.
     #[arg(long)]
     pub plan: bool,
-    /// Targets of half-widths.
-    #[arg(long, value_name = "TARGETS", requires = "output", help = format!(
-        "Take more batches of the map, a quarter at first, then more rays until the half-width of every 95 % interval meets its target at \
+    /// Target half-widths, such as t30<1%,level<0.1dB.
+    #[arg(long, value_name = "TARGETS", requires = "output", long_help = format!(
+        "Target half-widths, such as t30<1%,level<0.1dB,c80<0.2jnd\n\n\
+         Takes more batches of the map, a quarter at first, then more rays until the half-width of every 95 % interval meets its target at \
          every receiver; else exit code 1, and the log states the rays or packets required. The response is that of --batches and --rays with \
-         the final numbers. Parameters: {}; units: %, s, ms, dB, jnd",
+         the final numbers. Parameters: {}; units: %, s, ms, dB, jnd.",
         target::names()
     ))]
     pub until: Option<Targets>,
-    /// Time limit of --until, such as 60s, 5min, 2h: no rendering starts that would end later.
+    /// Time limit of --until, such as 5min.
+    ///
+    /// No rendering starts that would end later.
     #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
     pub at_most: Option<f64>,
-    /// Own memory that the rendering may take [bytes], such as 8G: one that is predicted to take more is refused before it
-    /// starts.
+    /// Memory limit [bytes], such as 8G.
+    ///
+    /// A rendering that is predicted to take more memory of its own is refused before it starts.
     #[arg(long, value_name = "BYTES", value_parser = parse_count, allow_negative_numbers = true)]
     pub memory: Option<u64>,
-    /// Print the parameters of the response to stdout, the table of sonel-analyze parameters; with --json their JSON under the
-    /// key `parameters`.
+    /// Print the parameters.
+    ///
+    /// The table of sonel-analyze parameters; with --json the same under the key `parameters`.
     #[arg(long, requires = "output")]
     pub parameters: bool,
-    /// Print shares per path class, estimators, points left out of the grid and timings as JSON.
+    /// Print the rendering as JSON.
+    ///
+    /// Shares per path class, estimators, points left out of the grid, timings.
     #[arg(long)]
     pub json: bool,
     /// Options of every program.

@@ -15,24 +15,33 @@ use crate::receivers;
 /// Impulse responses in a folder.
 #[derive(Debug, Clone, Args)]
 pub struct SoundArguments {
-    /// Folder for pressure impulse responses, a WAV file for each source and receiver: 32-bit float, direct sound
-    /// 1/r, sample 0 at the emission. Created if it does not exist.
+    /// Folder for impulse responses (WAV).
+    ///
+    /// A file for each source and receiver: 32-bit float pressure, direct sound 1/r, sample 0 at the emission. The folder is
+    /// created if it does not exist.
     #[arg(long, value_name = "DIR")]
     pub wav: Option<PathBuf>,
-    /// Sample rate of --wav [Hz], 8000 to 192000. Responses are made at this rate; do not convert them like recordings.
+    /// Sample rate of --wav [Hz].
+    ///
+    /// 8000 … 192000. Responses are made at this rate; do not convert them like recordings.
     #[arg(long, value_name = "HZ", requires = "wav", default_value_t = SAMPLE_RATE_HZ, value_parser = clap::value_parser!(u32).range(i64::from(*SAMPLE_RATES_HZ.start())..=i64::from(*SAMPLE_RATES_HZ.end())), allow_negative_numbers = true)]
     pub wav_rate: u32,
-    /// Also write ambisonics of an order from 1 to 7 (ACN, SN3D: AmbiX) as NAME_ambix3.wav. With --directions, which sonel-render
-    /// implies; needs --wav.
+    /// Also write ambisonics, order 1 … 7.
+    ///
+    /// ACN and SN3D (AmbiX), as NAME_ambix3.wav. Needs energies by direction: sonel-render implies --directions.
     #[arg(long, value_name = "ORDER", requires = "wav", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_AMBISONICS_ORDER)), allow_negative_numbers = true)]
     pub ambix: Option<u32>,
-    /// Also write binaural responses as NAME_binaural.wav, with the HRTF of FILE.sofa (SimpleFreeFieldHRIR). The head looks
-    /// along the receiver's aim, by default towards the first source. With --directions, which sonel-render implies; needs --wav.
+    /// Also write binaural responses.
+    ///
+    /// With the HRTF of FILE.sofa (SimpleFreeFieldHRIR), as NAME_binaural.wav. The head looks along the receiver's aim, by
+    /// default towards the first source. Needs energies by direction: sonel-render implies --directions.
     #[arg(long, value_name = "FILE.sofa", requires = "wav")]
     pub hrtf: Option<PathBuf>,
-    /// Also write the channels of a microphone array about each receiver as NAME_array.wav: the file is one of --receivers of
-    /// sonel-render, its positions are relative to the receiver, in scene axes, within 1 m. With --directions, which sonel-render
-    /// implies; needs --wav.
+    /// Also write a microphone array.
+    ///
+    /// The channels of an array about each receiver, as NAME_array.wav. The file is one of --receivers of sonel-render; its
+    /// positions are relative to the receiver, in scene axes, within 1 m. Needs energies by direction: sonel-render implies
+    /// --directions.
     #[arg(long, value_name = "FILE", requires = "wav")]
     pub array: Option<PathBuf>,
 }

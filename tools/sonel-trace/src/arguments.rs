@@ -16,80 +16,111 @@ pub struct Arguments {
     /// The scene file.
     #[arg(value_name = "SCENE.toml")]
     pub scene: PathBuf,
-    /// Map to write; an existing one is replaced when the new one is complete. Optional with --plan.
+    /// Map to write.
+    ///
+    /// An existing map is replaced when the new one is complete. Optional with --plan.
     #[arg(short, long, value_name = "MAP.sonelmap", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
-    /// Packets per source (and band with --spectral per-band); with --shard of all shards, with --extend of the whole new
-    /// map, with --until the maximum [default: enough for typical half-widths of half a just-noticeable difference, 100k at most; 100k
-    /// with --shard or --mode paper; those of --decision].
+    /// Packets per source [default: half a JND, at most 100k].
+    ///
+    /// By default a run takes as many packets as bring typical half-widths to half a just-noticeable difference (JND), 100k at
+    /// most. It takes 100k with --shard or --mode paper, and with --decision the number of that map. With --spectral per-band
+    /// the number is per band, with --shard of all shards, with --extend of the whole new map, with --until the maximum.
     #[arg(long, alias = "sonels", value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub packets: Option<u64>,
     /// Seed of every random number [default: 1].
     #[arg(long, allow_negative_numbers = true)]
     pub seed: Option<u64>,
-    /// Batches whose spread gives the intervals, 1 … 4096 [default: 32].
+    /// Batches, for intervals [default: 32].
+    ///
+    /// The spread of 1 … 4096 batches of packets gives the 95 % intervals.
     #[arg(long, value_name = "G", value_parser = clap::value_parser!(u32).range(1..=4096), allow_negative_numbers = true)]
     pub batches: Option<u32>,
-    /// Method: accurate, or paper: per-band paths, β = 1 and diffraction of the founding paper [default: accurate].
+    /// Method: accurate or paper [default: accurate].
+    ///
+    /// Paper mode has one path per band, β = 1 and the diffraction of the founding paper.
     #[arg(long, value_parser = mode())]
     pub mode: Option<Mode>,
-    /// Survival exponent β of the Russian roulette, 0 (no roulette) … 1 [default: 0.15].
+    /// Roulette exponent β, 0 … 1 [default: 0.15].
+    ///
+    /// A packet survives a reflection with probability a^β, where a is the share of its energy that remains. 0 is no Russian
+    /// roulette.
     #[arg(long, value_name = "BETA", allow_hyphen_values = true)]
     pub survival: Option<f64>,
-    /// Whether bands share their paths: shared or per-band [default: shared].
+    /// Paths shared or per-band [default: shared].
     #[arg(long, value_parser = spectral())]
     pub spectral: Option<Spectral>,
-    /// Length of the echograms [s], at most 3600 [default: of the scene, or as long as the room decays].
+    /// Length of echograms [s] [default: of the scene].
+    ///
+    /// At most 3600 s. If the scene states none, a run lasts as long as the room decays.
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     pub duration: Option<f64>,
-    /// Trace only part I of N, I from 1; not with --extend, --until [default: the whole run].
+    /// Trace part I of N [default: all].
+    ///
+    /// I counts from 1. Not with --extend or --until. sonel-analyze merge joins the parts.
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     pub shard: Option<ShardRange>,
-    /// Other materials that the map carries besides, for --set of sonel-render: materials.NAME.absorption=0.02,0.9, a range
-    /// 0.02:0.9, lists per band in brackets; also scattering, diffuse, transmission, sound_reduction_db;
-    /// materials.NAME=ENTRY,… of the library; repeatable. Not with --mode paper [default: `variants` of the scene].
+    /// Carry further materials; repeatable [default: variants of the scene].
+    ///
+    /// The map then supports them in --set of sonel-render. VALUES are numbers with commas, such as
+    /// materials.NAME.absorption=0.02,0.9, a range 0.02:0.9, or lists per band in brackets. Besides absorption: scattering,
+    /// diffuse, transmission, sound_reduction_db. materials.NAME=ENTRY,… takes entries of the library. Not with --mode paper.
     #[arg(long = "for", value_name = "NAME=VALUES", value_parser = str::parse::<Variants>)]
     pub variants: Vec<Variants>,
-    /// Continue this map of the same scene to --packets N (larger) or --until, with its own settings: byte for byte the map
-    /// of the longer run. --output may name the same file. Not for shards.
+    /// Continue this map to --packets or --until.
+    ///
+    /// The map must be of the same scene and no shard. Its settings are kept, and the result is byte for byte the map of the
+    /// longer run. --output may name the same file.
     #[arg(long, value_name = "MAP.sonelmap")]
     pub extend: Option<PathBuf>,
-    /// Take the choice of effects and the default duration from this map of the same scene, variants, mode and duration; a
-    /// map of one packet is enough. Not with --effects, --extend.
+    /// Take effects and duration from this map.
+    ///
+    /// The map must be of the same scene, variants, mode and duration; one packet is enough. Not with --effects or --extend.
     #[arg(long, value_name = "MAP.sonelmap", conflicts_with_all = ["effects", "extend"])]
     pub decision: Option<PathBuf>,
-    /// Print predicted cost and intervals for several accuracies; with --output, also run and compare.
+    /// Predict cost and intervals.
+    ///
+    /// Prints them for several accuracies. With --output, also runs and compares.
     #[arg(long)]
     pub plan: bool,
-    /// Targets of half-widths.
-    #[arg(long, value_name = "TARGETS", requires = "output", help = format!(
-        "Add packets until the half-width of every 95 % interval meets its target, such as t30<1%,level<0.1dB,c80<0.2jnd; else exit code 1. \
-         The map is that of --packets with the final number. Parameters: {}; units: %, s, ms, dB, jnd",
+    /// Target half-widths, such as t30<1%,level<0.1dB.
+    #[arg(long, value_name = "TARGETS", requires = "output", long_help = format!(
+        "Target half-widths, such as t30<1%,level<0.1dB,c80<0.2jnd\n\n\
+         Adds packets until the half-width of every 95 % interval meets its target; else exit code 1. The map is that of --packets with the \
+         final number. Parameters: {}; units: %, s, ms, dB, jnd.",
         target::names()
     ))]
     pub until: Option<Targets>,
-    /// Time limit of --until, such as 60s, 5min, 2h.
+    /// Time limit of --until, such as 5min.
     #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
     pub at_most: Option<f64>,
-    /// Own memory that the run may take [bytes], such as 8G: one that is predicted to take more is refused before it starts. Not with
-    /// --until.
+    /// Memory limit [bytes], such as 8G.
+    ///
+    /// A run that is predicted to take more memory of its own is refused before it starts. Not with --until.
     #[arg(long, value_name = "BYTES", value_parser = parse_count, allow_negative_numbers = true, conflicts_with = "until")]
     pub memory: Option<u64>,
-    /// Simulated effects: auto, all or none, then changes such as auto,-air; auto:1 omits effects below 1 just-noticeable
-    /// difference, auto below 0.1 [default: auto].
+    /// Simulated effects [default: auto].
+    ///
+    /// SPEC is auto, all or none, then changes: auto,-air. auto:X omits effects that change no parameter by X just-noticeable
+    /// differences; auto is auto:0.1. all takes air only with +air where the scene has attenuation = false. Effects:
+    /// transmission, refraction, air, directivity; with --mode paper also diffraction.
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
     pub effects: Option<Effects>,
-    /// Print counts, fates, ledger, effects and plans as JSON.
+    /// Print the run as JSON.
+    ///
+    /// Counts, fates, ledger, effects and plans.
     #[arg(long)]
     pub json: bool,
-    /// Print only errors on stderr.
+    /// Print only errors.
     #[arg(long)]
     pub quiet: bool,
-    /// Write every default and library entry on a line, instead of all on one.
+    /// Log each default on a line.
     #[arg(long, conflicts_with = "quiet")]
     pub verbose: bool,
     // Not flattened: whether there is a trace depends on options of this struct alone.
-    /// Threads; by default all cores. The result does not depend on it.
+    /// Threads [default: all cores].
+    ///
+    /// 1 … 1024. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
 }

@@ -21,20 +21,22 @@ use sonel_console::{Common, Log, Outcome};
 /// holes or crossing faces can still be traced.
 #[derive(Debug, Clone, Args)]
 #[command(
-    after_help = "Examples:\n  sonel-trace check scenes/hall/scene.toml\n  sonel-trace check scene.toml --fix repaired.obj"
+    after_long_help = "Examples:\n  sonel-trace check scenes/hall/scene.toml\n  sonel-trace check scene.toml --fix repaired.obj"
 )]
 pub(crate) struct Checked {
     /// The scene file.
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
-    /// Write the mesh as it would be traced, in metres, to this OBJ file: corners joined, cracks up to mesh_weld closed,
-    /// doubled faces and faces without area left out. Prints the changes to the log.
+    /// Write the repaired mesh.
+    ///
+    /// The mesh as it would be traced, in metres: corners joined, cracks up to mesh_weld closed, doubled faces and faces
+    /// without area left out. The changes are logged.
     #[arg(long, value_name = "MESH.obj")]
     fix: Option<PathBuf>,
-    /// Print the same as JSON.
+    /// Print the checkup as JSON.
     #[arg(long)]
     json: bool,
-    /// Print every default and library entry on a line, instead of all on one.
+    /// Log each default on a line.
     #[arg(long)]
     verbose: bool,
     #[command(flatten)]

@@ -18,13 +18,15 @@ const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 80
 /// `library` of a scene takes these names.
 #[derive(Debug, Clone, Args)]
 #[command(
-    after_help = "Examples:\n  sonel-trace materials carpet felt\n  sonel-trace materials --file Material.Li8 concrete"
+    after_long_help = "Examples:\n  sonel-trace materials carpet felt\n  sonel-trace materials --file Material.Li8 concrete"
 )]
 pub(crate) struct Words {
     /// Words that must all occur [default: all materials are printed].
     #[arg(value_name = "WORD")]
     words: Vec<String>,
-    /// Search this material file (CATT, ODEON .Li8, pyroomacoustics .json) instead of the shipped library; repeatable.
+    /// Search this material file; repeatable [default: the library].
+    ///
+    /// A file of CATT, ODEON (.Li8) or pyroomacoustics (.json).
     #[arg(long, value_name = "FILE")]
     file: Vec<PathBuf>,
     #[command(flatten)]

@@ -18,29 +18,37 @@ use sonel_console::{Common, Outcome, input, spelled};
 /// `sonel-trace check`.
 #[derive(Debug, Clone, Args)]
 #[command(
-    after_help = "Examples:\n  sonel-trace new --shoebox 9,7,3 --purpose classroom -o classroom.toml\n  sonel-trace new hall.glb -o scene.toml"
+    after_long_help = "Examples:\n  sonel-trace new --shoebox 9,7,3 --purpose classroom -o classroom.toml\n  sonel-trace new hall.glb -o scene.toml"
 )]
 pub(crate) struct New {
     /// The mesh: OBJ, glTF, STL, PLY or DXF; none with --shoebox.
     #[arg(value_name = "MESH")]
     mesh: Option<PathBuf>,
-    /// A rectangular room instead of a mesh: its inner lengths along x, y and upwards z [m].
+    /// Inner lengths of a rectangular room [m].
+    ///
+    /// Along x, y and upwards z, instead of a mesh.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_lengths, conflicts_with_all = ["mesh", "unit", "up"], allow_hyphen_values = true)]
     shoebox: Option<[f64; 3]>,
-    /// What the room is for: its target reverberation time (DIN 18041) is stated.
+    /// Use of the room.
+    ///
+    /// Its target reverberation time (DIN 18041) is stated. A shoebox then has the furniture, ceiling and windows that are
+    /// usual for it.
     #[arg(long, value_parser = PossibleValuesParser::new(Purpose::ALL.map(Purpose::name)))]
     purpose: Option<String>,
-    /// Unit of the mesh [default: what the file says, else what its sizes tell].
+    /// Unit of the mesh [default: of the file, else by size].
     #[arg(long, value_parser = ["m", "dm", "cm", "mm", "in", "ft"])]
     unit: Option<String>,
-    /// Upward axis of the mesh [default: what the file says, else where floors and ceilings lie].
+    /// Upward axis of the mesh [default: of the file, else by floors].
     #[arg(long, value_name = "AXIS", value_parser = ["z", "y"])]
     up: Option<String>,
-    /// Leave out all rooms of the mesh but this one, by its number in the log, where 1 is the largest [default: none is left out,
-    /// source and receiver are in the largest].
+    /// Keep only this room of the mesh [default: all].
+    ///
+    /// Rooms are numbered in the log; 1 is the largest. Source and receiver are in the largest.
     #[arg(long, value_name = "N", conflicts_with = "shoebox")]
     room: Option<usize>,
-    /// Scene file to write; an existing file is not replaced.
+    /// Scene file to write.
+    ///
+    /// An existing file is not replaced.
     #[arg(short, long, value_name = "SCENE.toml")]
     output: PathBuf,
     #[command(flatten)]

@@ -14,7 +14,7 @@ use crate::{Arguments, check, materials, new};
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     disable_help_subcommand = true,
-    after_help = "Examples:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap \\\n    --packets 200k --seed 7\n  \
+    after_long_help = "Examples:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap \\\n    --packets 200k --seed 7\n  \
                   sonel-trace scenes/hall/scene.toml --plan\n  \
                   sonel-trace scenes/hall/scene.toml -o hall.sonelmap \\\n    --until \"level<0.1dB,c80<0.2dB\" --at-most 60s\n  \
                   sonel-trace scenes/seed-room/scene.toml -o room.sonelmap \\\n    --extend room.sonelmap --packets 1M\n  \

@@ -12,20 +12,24 @@ use sonel_console::uncertainty::UncertaintyArguments;
 /// What stands above a frozen page, what the room shall meet, and how uncertain its materials are.
 #[derive(Debug, Clone, Default, Args)]
 pub struct HeadArguments {
-    /// Project, the title of the page [default: name of the scene].
+    /// Title of the report [default: name of the scene].
     #[arg(long, value_name = "TEXT")]
     pub project: Option<String>,
     /// Author of the report.
     #[arg(long, value_name = "TEXT")]
     pub author: Option<String>,
-    /// Date of the report, as it shall be printed; no date without it.
+    /// Date of the report.
+    ///
+    /// Printed as given; no date without it.
     #[arg(long, value_name = "TEXT")]
     pub date: Option<String>,
     /// Version of the report.
     #[arg(long, value_name = "TEXT")]
     pub revision: Option<String>,
-    /// What the mean over the receivers shall meet: t30=0.6s±20%@250-2000, c50>=2dB@500,1000, sti>=0.6, or a curve: din18041-a1 … din18041-a5, bb93-primary,
-    /// bb93-secondary, ansi-s12.60; repeatable.
+    /// Requirement; repeatable.
+    ///
+    /// What the mean over the receivers shall meet: t30=0.6s±20%@250-2000, c50>=2dB@500,1000, sti>=0.6, or a curve: din18041-a1
+    /// … din18041-a5, bb93-primary, bb93-secondary, ansi-s12.60.
     #[arg(long = "target", value_name = "CRITERION", value_parser = str::parse::<Criterion>)]
     pub targets: Vec<Criterion>,
     /// Uncertainty of materials.
@@ -41,19 +45,24 @@ pub struct HeadArguments {
 #[command(
     mut_arg("material_uncertainty", |argument| argument.requires("output")),
     version = sonel::RENDERER_VERSION.as_str(),
-    after_help = "Examples:\n  sonel-view scenes/classroom/scene.toml\n  sonel-view hall.sonelmap\n  \
+    after_long_help = "Examples:\n  sonel-view scenes/classroom/scene.toml\n  sonel-view hall.sonelmap\n  \
                   sonel-view before.npz after.npz before.sonelmap -o renovation.html"
 )]
 pub struct Arguments {
-    /// A scene, or maps, and responses; a served page is of one map.
+    /// A scene, or maps and responses.
+    ///
+    /// A served page is of one map.
     #[arg(value_name = "SCENE.toml|MAP.sonelmap|RESPONSE.npz", required = true)]
     pub files: Vec<PathBuf>,
-    /// Page to write instead of serving it; an existing one is replaced when the new one is complete. A scene is traced, a map without
-    /// response rendered at the receivers of its scene.
+    /// Page to write instead of serving.
+    ///
+    /// An existing page is replaced when the new one is complete. A scene is traced, a map without response rendered at the
+    /// receivers of its scene.
     #[arg(short, long, value_name = "PAGE.html")]
     pub output: Option<PathBuf>,
-    /// Packets of each trace of a scene, such as 20k; more take longer and give narrower intervals [default: those of
-    /// sonel-trace].
+    /// Packets of each trace [default: as sonel-trace].
+    ///
+    /// More take longer and give narrower intervals.
     #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub packets: Option<u64>,
     /// Speech, noise, and sources as one system.
@@ -62,7 +71,7 @@ pub struct Arguments {
     /// What stands above the page, and targets.
     #[command(flatten)]
     pub head: HeadArguments,
-    /// Port of the address; by default one that is free.
+    /// Port of the address [default: a free one].
     #[arg(
         long,
         value_name = "PORT",
@@ -71,7 +80,9 @@ pub struct Arguments {
         conflicts_with = "output"
     )]
     pub port: u16,
-    /// Print the address and open no browser.
+    /// Open no browser.
+    ///
+    /// The address is printed.
     #[arg(long, conflicts_with = "output")]
     pub no_open: bool,
     /// Options of every program.

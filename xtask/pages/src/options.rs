@@ -6,8 +6,8 @@ use xtask::workspace;
 
 const PAGE: &str = "docs/interface.md";
 
-/// Options that every command has: the page explains them once.
-const COMMON: [&str; 4] = ["quiet", "threads", "help", "version"];
+/// Options that the page explains once for all commands.
+const COMMON: [&str; 5] = ["output", "quiet", "threads", "help", "version"];
 
 /// Writes the tables.
 pub(crate) fn run() -> Result<()> {
@@ -23,61 +23,71 @@ fn programs() -> [Command; 4] {
     ]
 }
 
-/// A command with the rows of its options.
-type Rows = (String, Vec<String>);
+/// An option as a row of a table, with the commands that have it: names of their programs and their own.
+struct Row {
+    cells: String,
+    commands: Vec<(String, String)>,
+}
 
-/// The page with the tables of the programs in place of its own. What several commands have is in a table of its own.
+/// The page with the tables of the programs in place of its own. What several programs have is in a table of its own.
 fn page(page: &str) -> Result<String> {
-    let mut commands: Vec<Rows> = Vec::new();
+    let rows = rows();
+    let is_of = |row: &Row, name: &str| row.commands.iter().all(|(program, _)| program == name);
+    let mut page = page.to_owned();
+    for program in programs() {
+        let name = program.get_name();
+        page = workspace::with_block(&page, name, &table(rows.iter().filter(|row| is_of(row, name))))?;
+    }
+    let shared = rows.iter().filter(|row| !is_of(row, &row.commands[0].0));
+    workspace::with_block(&page, "shared", &table(shared))
+}
+
+/// The options of all commands, each once.
+fn rows() -> Vec<Row> {
+    let mut rows: Vec<Row> = Vec::new();
     for mut program in programs() {
         program.build();
         let name = program.get_name().to_owned();
-        commands.push((name.clone(), rows(&program)));
         let others = program.get_subcommands().filter(|command| command.get_name() != "help");
-        commands.extend(others.map(|command| (format!("{name} {}", command.get_name()), rows(command))));
-    }
-    let is_shared = |row: &&String| commands.iter().filter(|(_, rows)| rows.contains(row)).count() > 1;
-    let mut shared: Vec<String> = Vec::new();
-    let mut page = page.to_owned();
-    for (name, rows) in commands.iter().filter(|(_, rows)| !rows.is_empty()) {
-        let (also, own): (Vec<&String>, Vec<&String>) = rows.iter().partition(is_shared);
-        let mut block = if own.is_empty() { String::new() } else { table(own) };
-        if !also.is_empty() {
-            let names = also.iter().filter_map(|row| row.split(" | ").next()?.strip_prefix("| "));
-            let space = if block.is_empty() { "" } else { "\n" };
-            block = format!(
-                "{block}{space}[Shared](#shared-options): {}.\n",
-                names.collect::<Vec<_>>().join("; ")
-            );
+        for command in std::iter::once(&program).chain(others) {
+            let label = (name.clone(), command.get_name().to_owned());
+            let own = |arg: &&Arg| {
+                !arg.is_positional() && !arg.is_hide_set() && !COMMON.contains(&arg.get_id().as_str())
+            };
+            for cells in command.get_arguments().filter(own).map(cells) {
+                match rows.iter_mut().find(|row| row.cells == cells) {
+                    Some(row) => row.commands.push(label.clone()),
+                    None => rows.push(Row { cells, commands: vec![label.clone()] }),
+                }
+            }
         }
-        page = workspace::with_block(&page, name, &block)?;
-        let new: Vec<String> = also.into_iter().filter(|row| !shared.contains(row)).cloned().collect();
-        shared.extend(new);
     }
-    workspace::with_block(&page, "shared", &table(shared.iter().collect()))
+    rows
 }
 
-fn table(rows: Vec<&String>) -> String {
-    format!(
-        "| option | meaning | default |\n|---|---|---|\n{}",
-        rows.into_iter().map(String::as_str).collect::<String>()
-    )
+/// Rows with a column of commands, unless all are of one command.
+fn table<'a>(rows: impl Iterator<Item = &'a Row> + Clone) -> String {
+    let first = rows.clone().next().map(|row| &row.commands);
+    let is_plain = rows.clone().all(|row| Some(&row.commands) == first);
+    let names = |row: &Row| {
+        row.commands.iter().map(|(_, command)| format!("`{command}`")).collect::<Vec<_>>().join(", ")
+    };
+    if is_plain {
+        let rows: String = rows.map(|row| format!("{}\n", row.cells)).collect();
+        return format!("| option | meaning | default |\n|---|---|---|\n{rows}");
+    }
+    let rows: String = rows.map(|row| format!("{} {} |\n", row.cells, names(row))).collect();
+    format!("| option | meaning | default | of |\n|---|---|---|---|\n{rows}")
 }
 
-/// The options of `command`.
-fn rows(command: &Command) -> Vec<String> {
-    let own =
-        |arg: &&Arg| !arg.is_positional() && !arg.is_hide_set() && !COMMON.contains(&arg.get_id().as_str());
-    command.get_arguments().filter(own).map(row).collect()
-}
-
-fn row(arg: &Arg) -> String {
+/// The cells of an option, without those of its commands.
+fn cells(arg: &Arg) -> String {
     let (meaning, default) = sentence(arg);
     let default = if arg.is_required_set() { "required".to_owned() } else { default };
     let cell = |text: &str| text.replace('|', "\\|");
     let [meaning, default] =
         [meaning, default].map(|text| cell(&with_options(&text, |option| format!("`--{option}`"))));
-    format!("| {} | {meaning} | {default} |\n", cell(&spelling(arg)))
+    format!("| {} | {meaning} | {default} |", cell(&spelling(arg)))
 }
 
 /// `-o`, `--output MAP`: how it is written.
@@ -90,9 +100,9 @@ fn spelling(arg: &Arg) -> String {
     format!("{short}`--{}{value}`", arg.get_long().unwrap_or_default())
 }
 
-/// What the option means, and its default.
+/// What the option means, as `-h` says it, and its default.
 fn sentence(arg: &Arg) -> (String, String) {
-    let help = arg.get_long_help().or_else(|| arg.get_help()).map(ToString::to_string).unwrap_or_default();
+    let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
     let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
     let (help, stated) = match help.split_once(" [default: ") {
         Some((before, rest)) => {
@@ -132,6 +142,16 @@ mod tests {
     fn the_page_says_what_the_programs_say() {
         let own = workspace::read(PAGE).unwrap();
         assert!(own == page(&own).unwrap(), "{PAGE} is behind: run `cargo pages options`");
+    }
+
+    /// `-h` and the tables have a few words for each option, `--help` a paragraph.
+    #[test]
+    fn every_option_has_a_short_text() {
+        let is_short = |row: &str| row.split(" | ").nth(1).is_some_and(|text| text.split(' ').count() <= 8);
+        let long: Vec<String> =
+            rows().into_iter().map(|row| row.cells).filter(|row| !is_short(row)).collect();
+        assert!(long.is_empty(), "a paragraph belongs behind an empty line: {long:#?}");
+        assert!(!is_short("| `--seed N` | The seed of all random numbers in this very run | 1 |"));
     }
 
     #[test]

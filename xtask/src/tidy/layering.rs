@@ -164,11 +164,14 @@ pub(super) fn unused(tree: &Tree) -> Vec<Finding> {
     findings
 }
 
-/// Whether `name` is a word of `code`.
+/// Whether `code` uses package `name`: `name::…` or `use name`. A variable may have the name of a package.
 fn names(code: &str, name: &str) -> bool {
     let word = |c: char| c.is_alphanumeric() || c == '_';
-    code.match_indices(name)
-        .any(|(at, _)| !code[..at].ends_with(word) && !code[at + name.len()..].starts_with(word))
+    code.match_indices(name).any(|(at, _)| {
+        let (before, after) = (&code[..at], &code[at + name.len()..]);
+        let is_used = after.starts_with("::") || before.trim_end().ends_with("use");
+        is_used && !before.ends_with(word) && !after.starts_with(word)
+    })
 }
 
 fn layer(package: &str) -> Option<usize> {
@@ -269,6 +272,7 @@ mod tests {
         };
         assert_eq!(of("use a_b::D;", "c::e();"), 0);
         assert_eq!(of("// a_b\nuse a_bc;", "fn c2() {}"), 2);
+        assert_eq!(of("let a_b = 1;", "use c as _;"), 1, "a variable is no use of a package");
         assert_eq!(of("", "a_b::d(); c::e();"), 1, "a test is no reason for a dependency of the library");
     }
 

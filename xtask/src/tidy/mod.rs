@@ -13,6 +13,7 @@ mod rings;
 mod rust_source;
 mod snippets;
 mod tree;
+mod words;
 
 use anyhow::{Result, bail};
 
@@ -20,12 +21,13 @@ use tree::{Finding, Tree};
 
 type Rule = fn(&Tree) -> Vec<Finding>;
 
-const RULES: [(&str, Rule); 14] = [
+const RULES: [(&str, Rule); 15] = [
     ("arrows between our crates point down", layering::arrows),
     ("programs and Python name crate sonel and none below it", layering::one_door),
     ("a foreign package has one home", layering::homes),
     ("dependencies are used", layering::unused),
     ("a ring keeps to its budget", rings::budgets),
+    ("pages keep to their budget", words::budget),
     ("libraries touch no outside world", purity::outside_world),
     ("libraries take elementary functions from libm", purity::elementary_functions),
     ("modules do not import each other in circles", circles::circles),
@@ -51,6 +53,7 @@ pub(crate) fn run() -> Result<()> {
         bail!("tidy: {count} findings in {} files", tree.files.len());
     }
     println!("lines of code: {}", rings::summary(&tree));
+    println!("words of pages: {}", words::summary(&tree));
     println!("tidy: {} files, {} rules, no findings", tree.files.len(), RULES.len());
     Ok(())
 }

@@ -9,7 +9,7 @@ use sonel_console::heard::HeardArguments;
 
 /// `plot`.
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:
+#[command(after_long_help = "Example:
   sonel-analyze plot hall.npz -o hall.svg
   sonel-analyze plot before.npz after.npz --what parameters \\
     --receiver 'stalls rear' -o renovation.png
@@ -18,14 +18,21 @@ use sonel_console::heard::HeardArguments;
     --band 1000 -o clarity.png
   sonel-analyze plot hall.npz --what early --receiver 'stalls rear' -o early.svg")]
 pub struct Plot {
-    /// Responses written by sonel-render, drawn side by side, parameters in the same panels. With --what map also the map,
-    /// to draw its walls.
+    /// Responses, drawn side by side.
+    ///
+    /// Parameters are in the same panels. With --what map also the map, to draw its walls.
     #[arg(value_name = "RESPONSE.npz|MAP.sonelmap", required = true)]
     pub files: Vec<PathBuf>,
-    /// File to write, SVG or PNG by its ending; an existing one is replaced when the new one is complete.
+    /// SVG or PNG to write, by its ending.
+    ///
+    /// An existing file is replaced when the new one is complete. A PNG is 2000 pixels wide.
     #[arg(short, long, value_name = "X.svg|X.png")]
     pub output: PathBuf,
-    /// What to draw: echogram, decay, parameters, early, map [default: echogram, decay and parameters].
+    /// Drawings, with commas between [default: echogram,decay,parameters].
+    ///
+    /// map is a plan at the height of the highest receiver, or a section if they differ least along another axis; grey: no
+    /// value. Walls are drawn if the map is among the files. early has the listed arrivals by number of reflections, their part
+    /// of G over the delay to direct sound.
     #[arg(long, value_enum, value_delimiter = ',')]
     pub what: Vec<What>,
     /// Source [default: the first].
@@ -36,10 +43,12 @@ pub struct Plot {
     pub receiver: Option<String>,
     /// Parameter of a map.
     #[arg(long, value_name = "NAME", default_value = "g", value_parser = parse_drawn,
-        help = format!("Parameter of a map, named as by `parameters`, or {}; u50 and snr with --noise", drawn_names()))]
+        long_help = format!("Parameter of a map\n\nNamed as by `parameters`, or {}; u50 and snr with --noise.", drawn_names()))]
     pub parameter: Single,
-    /// Band of a map or of early reflections by its nominal centre [Hz]. By default a map shows single numbers, and early
-    /// reflections are summed over all bands, weighted by the power of the source.
+    /// Band of a map or of early reflections.
+    ///
+    /// Its nominal centre [Hz]. By default a map shows single numbers, and early reflections are summed over all bands,
+    /// weighted by the power of the source.
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub band: Option<f64>,
     /// Speech, noise, and sources as one system.
