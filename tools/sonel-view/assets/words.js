@@ -33,7 +33,10 @@ async function unpacked(id) {
 }
 // Decimals of the trade: times in 0.01 s, levels and clarity in 0.1 dB, indices in 0.01.
 const DECIMALS = { s: 2, dB: 1, "dB(A)": 1, "%": 0, ms: 0, "": 2 };
-const rounded = (value, unit) => value.toFixed(DECIMALS[unit]).replace("-", "−");
+function rounded(value, unit) {
+  const text = value.toFixed(DECIMALS[unit]);
+  return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
+}
 // [value, half-width or reason, distances by materials], or a reason.
 const isKnown = (entry) => Array.isArray(entry);
 function beside(half, unit) {
