@@ -19,7 +19,7 @@ try {
   page.on("pageerror", (error) => failures.push(error.message));
   page.on("console", (message) => { if (message.type() === "error") failures.push(message.text()); });
   const check = (holds, what) => { if (!holds) throw new Error(what); };
-  const settled = () => page.waitForFunction(() => shown.of?.answer.batches === null && !shown.isStale, null, PATIENCE);
+  const settled = () => page.waitForFunction(() => shown.share === null && shown.of?.answer.batches === null && !shown.isStale, null, PATIENCE);
   const values = (key) => page.$eval(`tr[data-key=${key}]`, (row) => [...row.querySelectorAll("td")].map((place) => Number(place.dataset.value)));
   const latency = async (name, act) => {
     await page.evaluate(() => {

@@ -329,6 +329,7 @@ async function follow() {
       render();
     }
     shown.canTrace = state.can_trace;
+    shown.share = state.share;
     byId("move").disabled = !state.can_trace;
     view.canTrace = state.can_trace;
     if (state.share !== null) {

@@ -33,6 +33,8 @@ use crate::page::{self, Live, Page, Subject, Traced};
 const MOST_PLACES: f64 = 2000.0;
 /// Windows whose newest request is known.
 const MOST_WINDOWS: usize = 256;
+/// Packets of the map that is there at once.
+const FIRST_PACKETS: u64 = 512;
 /// Entries of the library that a search finds.
 const MOST_ENTRIES: usize = 60;
 
@@ -167,30 +169,34 @@ impl Session {
         let newest = Newest::of(&self.traces);
         let mut state = self.locked();
         (state.share, state.failure) = (Some(0.0), None);
-        state.messages.clear();
         drop(state);
         let session = Arc::clone(self);
         thread::spawn(move || {
-            let traced = session.traced(&text, &newest);
+            let outcome = session.follow_trace(&text, &newest);
             let mut state = session.locked();
             // A newer trace speaks for itself.
-            if newest.is_replaced() {
-                return;
-            }
-            state.share = None;
-            match traced {
-                Ok(map) => (state.map, state.text, state.maps) = (Some(Arc::new(map)), text, state.maps + 1),
-                Err(error) => state.failure = Some(spelled(error).to_string()),
+            if !newest.is_replaced() {
+                (state.share, state.failure) = (None, outcome.err().map(|error| spelled(error).to_string()));
             }
         });
     }
 
-    fn traced(&self, text: &str, newest: &Newest) -> sonel::Result<Map> {
+    /// Traces the scene file `text`, with few packets first.
+    fn follow_trace(&self, text: &str, newest: &Newest) -> sonel::Result<()> {
         let path = self.scene.as_deref().expect("only a scene is traced");
         let follower = Tracing { session: self, newest };
         let scene = Scene::load_text(text.to_owned(), path, &Silent)?;
-        let options = TraceOptions { packets: self.packets, ..TraceOptions::default() };
-        Ok(scene.trace(&options, &follower)?.map)
+        let first = Some(FIRST_PACKETS).filter(|&first| self.packets.is_none_or(|packets| packets > first));
+        for packets in first.map(Some).into_iter().chain([self.packets]) {
+            self.locked().messages.clear();
+            let map = scene.trace(&TraceOptions { packets, ..TraceOptions::default() }, &follower)?.map;
+            let mut state = self.locked();
+            if newest.is_replaced() {
+                return Ok(());
+            }
+            (state.map, state.text, state.maps) = (Some(Arc::new(map)), text.to_owned(), state.maps + 1);
+        }
+        Ok(())
     }
 
     /// Begins a trace of the scene with other sources and materials.
