@@ -25,6 +25,15 @@ function keys(names) {
 
 const frequency = (hz) => hz >= 1000 ? `${hz / 1000}k` : `${hz}`;
 
+// The drawing as a whole says what it is: parts of it have names for scripts alone.
+function unnamed(drawing) {
+  for (const part of drawing.querySelectorAll("[aria-label]")) {
+    part.dataset.label = part.getAttribute("aria-label");
+    part.removeAttribute("aria-label");
+  }
+  return drawing;
+}
+
 // A panel: axes, series of points [x, y, low, high], and `wanted`, ranges [x, low, high] that are required. `onPick` takes the x that is pointed at.
 function drawChart(place, panel, { width = 460, height = 270, hasKeys = true, onPick } = {}) {
   const { x, y, wanted = [] } = panel, count = panel.series.length;
@@ -52,8 +61,8 @@ function drawChart(place, panel, { width = 460, height = 270, hasKeys = true, on
   const ends_x = x.range ?? (x.scale === "Linear" && named.length ? [0, Math.max(...named.map((point) => point.x))] : undefined);
   const across = x.scale === "Category" ? { type: "point", domain: [...new Set(named.map((point) => point.x))], label: null, tickRotate: count && shown[0].length > 6 ? -40 : 0 }
     : { type: x.scale === "Logarithmic" ? "log" : "linear", base: 2, domain: ends_x, ticks: x.ticks ?? undefined, tickFormat: x.scale === "Logarithmic" ? frequency : undefined, label: x.label };
-  const drawing = Plot.plot({ width, height, marginLeft: 52, marginBottom: x.scale === "Category" && shown[0]?.length > 6 ? 70 : 38, marks,
-    x: { ...across, labelAnchor: "center", labelArrow: "none" }, y: { domain, label: y.label, labelArrow: "none", grid: true, ticks: 6 } });
+  const drawing = unnamed(Plot.plot({ width, height, marginLeft: 52, marginBottom: x.scale === "Category" && shown[0]?.length > 6 ? 70 : 38, marks,
+    x: { ...across, labelAnchor: "center", labelArrow: "none" }, y: { domain, label: y.label, labelArrow: "none", grid: true, ticks: 6 } }));
   if (onPick) drawing.addEventListener("input", () => onPick(drawing.value?.x ?? null));
   const figure = make("figure", undefined, "chart");
   if (panel.title) figure.append(make("figcaption", panel.title));
@@ -72,13 +81,15 @@ function drawPlans({ scale, each }) {
   each.forEach(({ title, axes, spots, walls, sources }, index) => {
     const cells = spots.filter(({ cell }) => cell), dots = spots.filter(({ cell }) => !cell);
     const said = ({ at, value }) => `${at.map((v) => v.toFixed(2)).join(", ")} m: ${value?.toFixed(2) ?? "–"}`;
-    const plan = Plot.plot({ width: 460, aspectRatio: 1, color: { ...color, legend: index === 0 }, marks: [
+    const plan = unnamed(Plot.plot({ width: 460, aspectRatio: 1, color: { ...color, legend: index === 0 }, marks: [
       Plot.rect(cells, { x1: (d) => d.cell[0][0], x2: (d) => d.cell[1][0], y1: (d) => d.cell[0][1], y2: (d) => d.cell[1][1], fill: (d) => d.value ?? NaN }),
       Plot.dot(dots, { x: (d) => d.at[0], y: (d) => d.at[1], r: 6, fill: (d) => d.value ?? NaN, stroke: "currentColor" }),
       Plot.link(walls, { x1: (d) => d[0][0], y1: (d) => d[0][1], x2: (d) => d[1][0], y2: (d) => d[1][1] }),
       Plot.dot(sources, { x: "0", y: "1", symbol: "times", r: 6, stroke: "#d55e00", strokeWidth: 3 }),
       Plot.tip(spots, Plot.pointer({ x: (d) => d.at[0], y: (d) => d.at[1], title: said, fill: "var(--paper)" }))],
-      x: { label: axes[0], labelArrow: "none" }, y: { label: axes[1], labelArrow: "none" } });
+      x: { label: axes[0], labelArrow: "none" }, y: { label: axes[1], labelArrow: "none" } }));
+    plan.setAttribute("role", "img");
+    plan.setAttribute("aria-label", title);
     const figure = make("figure", undefined, "chart map");
     figure.append(make("figcaption", title), plan);
     row.append(figure);

@@ -64,7 +64,7 @@ class Steps {
 // Rows of parameters over the bands; with those of A, differences in JND, bold where they are beyond chance.
 function showParameters(pair, kept, isPart) {
   const whole = byId("parameters"), head = make("thead"), line = make("tr");
-  line.append(...["", "mid", ...pair.bands.map(frequency)].map((text) => make("th", text)));
+  line.append(make("td"), ...["mid", ...pair.bands.map(frequency)].map((text) => make("th", text)));
   head.append(line);
   whole.replaceChildren(head);
   const small = (entry, unit) => {

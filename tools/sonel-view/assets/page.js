@@ -21,7 +21,7 @@ async function start() {
   byId("detailsSection").hidden = !byId("details").children.length;
   view = new RoomView(shown.room, server && moveListener, dropSource);
   // The dot of the reflection that is pointed at.
-  view.onHover = (way) => byId("early").querySelectorAll("circle").forEach((dot) => dot.setAttribute("r", way && dot.ariaLabel.endsWith(`: ${way.delay}`) ? 7 : 3));
+  view.onHover = (way) => byId("early").querySelectorAll("circle").forEach((dot) => dot.setAttribute("r", way && dot.dataset.label.endsWith(`: ${way.delay}`) ? 7 : 3));
   byId("whole").onclick = () => view.whole();
   byId("above").onclick = () => view.above();
   byId("wire").onchange = (event) => view.setWire(event.target.checked);

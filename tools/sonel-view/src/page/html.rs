@@ -48,7 +48,7 @@ impl Page {
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"generator\" content=\"sonel-view\">\
              <meta name=\"viewport\" content=\"width=device-width\">\
              <title>{title}</title>\n<style>{STYLE}</style>\n<script>{scripts}</script></head>\n\
-             <body><h1>{title}</h1>\n{BODY}\n{libraries}{content}<script>start()</script></body></html>\n"
+             <body><main><h1>{title}</h1>\n{BODY}</main>\n{libraries}{content}<script>start()</script></body></html>\n"
         )
     }
 }
