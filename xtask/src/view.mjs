@@ -2,9 +2,11 @@
 // Prints what it measured as JSON; fails where a script fails or the page does not do what it says.
 import { chromium } from "playwright-core";
 import { spawn } from "node:child_process";
+import { readFileSync } from "node:fs";
 
 const [program, file, folder, report] = process.argv.slice(2);
 const PATIENCE = { timeout: 60000 };
+const AXE = readFileSync(new URL("node_modules/axe-core/axe.min.js", import.meta.url), "utf8");
 const server = spawn(program, [file, "--no-open", "--quiet"]);
 const address = await new Promise((found) => {
   let text = "";
@@ -14,7 +16,7 @@ const browser = await chromium.launch({ executablePath: "/usr/bin/chromium",
   args: ["--no-sandbox", "--use-gl=swiftshader", "--enable-unsafe-swiftshader", "--autoplay-policy=no-user-gesture-required"] });
 const measured = { latency_ms: {} };
 try {
-  const page = await browser.newPage({ viewport: { width: 1400, height: 1000 } });
+  const page = await browser.newPage({ viewport: { width: 1400, height: 1000 }, bypassCSP: true });
   const failures = [];
   page.on("pageerror", (error) => failures.push(error.message));
   page.on("console", (message) => { if (message.type() === "error") failures.push(message.text()); });
@@ -23,13 +25,13 @@ try {
   const values = (key) => page.$eval(`tr[data-key=${key}]`, (row) => [...row.querySelectorAll("td")].map((place) => Number(place.dataset.value)));
   const latency = async (name, act) => {
     await page.evaluate(() => {
-      window.changed = null;
-      new MutationObserver((_, observer) => { window.changed = performance.now(); observer.disconnect(); }).observe(byId("parameters"), { childList: true });
+      window.redrawn = null;
+      new MutationObserver((_, observer) => { window.redrawn = performance.now(); observer.disconnect(); }).observe(byId("parameters"), { childList: true });
       window.begun = performance.now();
     });
     await act();
-    await page.waitForFunction(() => window.changed, null, PATIENCE);
-    measured.latency_ms[name] = Math.round(await page.evaluate(() => window.changed - window.begun));
+    await page.waitForFunction(() => window.redrawn, null, PATIENCE);
+    measured.latency_ms[name] = Math.round(await page.evaluate(() => window.redrawn - window.begun));
     await settled();
   };
 
@@ -38,6 +40,18 @@ try {
   check((await page.locator("#curves .chart svg").count()) >= 3, "charts are drawn");
   const ways = await page.evaluate(() => view.ways.children.length);
   check(ways >= 1, "early reflections are drawn");
+
+  // What a screen reader needs, in every part of the panel.
+  const accessible = async (where) => {
+    await page.evaluate(AXE);
+    const { violations } = await page.evaluate(() => axe.run());
+    check(!violations.length, `axe on ${where}: ${violations.map(({ id, nodes }) => `${id} ${nodes[0].html}`).join("; ")}`);
+  };
+  for (const tab of await page.$$eval("#tabs button", (tabs) => tabs.map((tab) => tab.getAttribute("aria-controls")))) {
+    await page.evaluate((tab) => openTab(tab), tab);
+    await accessible(tab);
+  }
+  await page.evaluate(() => openTab("numbers"));
 
   // The listener: by the keys, by the mouse, by numbers.
   const before = await page.evaluate(() => wanted.listener);
@@ -219,6 +233,7 @@ try {
   await page.pdf({ path: `${folder}/page.pdf`, preferCSSPageSize: true, printBackground: true });
   await page.goto(`file://${report}`);
   await page.waitForTimeout(1000);
+  await accessible("a report");
   check(await page.evaluate(() => document.documentElement.scrollWidth <= 400), "nothing of a report is wider than a narrow screen");
   await page.setViewportSize({ width: 1400, height: 1000 });
   const paper = await page.pdf({ path: `${folder}/report.pdf`, preferCSSPageSize: true, printBackground: true });

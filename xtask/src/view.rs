@@ -25,8 +25,8 @@ pub(crate) fn accept() -> Result<Option<&'static str>> {
     fs::create_dir_all(&folder)?;
     frozen(&programs, &folder)?;
     fs::copy(workspace::root().join("xtask/src/view.mjs"), folder.join("view.mjs"))?;
-    let mut install = workspace::command("npm", &["install", "--silent", "playwright-core@1", "--prefix"]);
-    printed(install.arg(&folder))?;
+    let packages = ["install", "--silent", "playwright-core@1", "axe-core@4", "--prefix"];
+    printed(workspace::command("npm", &packages).arg(&folder))?;
     report(&programs, &folder)?;
     for scene in SCENES {
         driven(&programs, &folder, scene)?;
