@@ -117,7 +117,7 @@ impl Mul<f64> for Complex {
 impl Div for Complex {
     type Output = Self;
     fn div(self, other: Self) -> Self {
-        self * other.inverse()
+        self * other.conjugate() * (1.0 / other.square_of_modulus())
     }
 }
 
