@@ -8,11 +8,11 @@ use sonel::{
     Air, Audience, Change, Estimator, Grid, ReceiverPoint, RenderOptions, ShardRange, Targets,
     parse_diffraction, parse_time,
 };
-use sonel_console::Common;
 use sonel_console::choices::estimator;
 use sonel_console::count::{parse_count, parse_rays};
 use sonel_console::receiver::parse_receiver;
 use sonel_console::shard::parse_shard;
+use sonel_console::{Common, usable_memory};
 
 use crate::sound::SoundArguments;
 
@@ -152,7 +152,7 @@ pub struct Arguments {
     #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
     pub at_most: Option<f64>,
     /// Own memory that the rendering may take [bytes], such as 8G: one that is predicted to take more is refused before it
-    /// starts.
+    /// starts [default: three quarters of that of the machine].
     #[arg(long, value_name = "BYTES", value_parser = parse_count, allow_negative_numbers = true)]
     pub memory: Option<u64>,
     /// Print the parameters of the response to stdout, the table of sonel-analyze parameters; with --json their JSON under the
@@ -204,7 +204,7 @@ impl Arguments {
             shard: self.shard,
             until: self.until.clone(),
             at_most: self.at_most,
-            memory: self.memory.map(|bytes| bytes as f64),
+            memory: self.memory.map(|bytes| bytes as f64).or_else(usable_memory),
         }
     }
 }
