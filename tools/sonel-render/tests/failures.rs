@@ -195,12 +195,12 @@ fn no_rendering_ends_well_without_what_it_was_asked_for() {
         "dry.wav",
         std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/seeds/wav/float.wav")).unwrap(),
     );
-    folder.write("path.csv", "time,x,y,z\n0,3,2,1.2\n0.1,3.2,2,1.2\n");
+    folder.write("path.csv", "time,x,y,z\n0,3,2,1.2\n0.1,3,2,1.2\n");
     let lines = [
         "room.sonelmap -o out/x.npz --receiver seat=3,2,1.2 --parameters",
         "room.sonelmap -o out/x.npz --receiver seat=3,2,1.2 --json --rays 16",
         "room.sonelmap -o out/x.npz --receiver seat=3,2,1.2 --wav out/sounds --ambix 1",
-        "room.sonelmap -o out/x.npz --wav out/sounds --path path.csv --recording dry.wav",
+        "room.sonelmap -o out/x.npz --wav out/sounds --wav-rate 8000 --path path.csv --recording dry.wav",
         "room.sonelmap -o out/x.npz --receiver seat=3,2,1.2 --until level<9dB --rays 16 --order 1",
     ];
     let faults_of =
