@@ -8,6 +8,8 @@ mod response;
 mod scene;
 mod work;
 
+use std::path::PathBuf;
+
 use pyo3::prelude::*;
 
 pyo3::create_exception!(
@@ -19,7 +21,13 @@ pyo3::create_exception!(
 
 /// An error with its causes, as the programs print it.
 fn error(error: impl Into<anyhow::Error>) -> PyErr {
-    Error::new_err(format!("{:#}", error.into()))
+    Error::new_err(sonel::names::message(&format!("{:#}", error.into())))
+}
+
+/// The bytes of a regular file, of at most 2 GiB.
+#[pyfunction]
+fn read(path: PathBuf) -> PyResult<Vec<u8>> {
+    Ok(sonel::file::read(&path)?)
 }
 
 #[pymodule]
@@ -28,6 +36,8 @@ mod _sonel {
     use super::Error;
     #[pymodule_export]
     use super::map::{Map, parameters, trace};
+    #[pymodule_export]
+    use super::read;
     #[pymodule_export]
     use super::response::{Array, Response, places};
     #[pymodule_export]

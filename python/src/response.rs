@@ -325,7 +325,16 @@ impl Response {
                 (None, Some(microphones)) => Channels::Array(microphones),
                 (None, None) => Channels::Single,
             };
-            response.walk((&path, spacing), channels, &signal, options, observer)
+            let of_source = |s| {
+                let mut heard: Vec<Vec<f32>> = Vec::new();
+                response.walk((s, &path, spacing), channels, &signal, options, observer, |_, section| {
+                    heard.resize(section.len(), Vec::new());
+                    heard.iter_mut().zip(section).for_each(|(channel, more)| channel.extend(more));
+                    Ok(())
+                })?;
+                Ok(heard)
+            };
+            (0..response.echograms().sources()).map(of_source).collect::<sonel::Result<_>>()
         })?;
         Ok(Self::samples(&[self.echograms().sources()], all))
     }

@@ -71,7 +71,7 @@ pub(crate) fn work<T: Send + 'static>(
             }
             Ok(WorkMessage::Said(severity, text)) => {
                 if let Some(log) = &log {
-                    log.call1((level(severity), text))?;
+                    log.call1((level(severity), sonel::names::message(&text)))?;
                 }
             }
             Ok(WorkMessage::Done(result)) => return result.map_err(error),

@@ -378,6 +378,8 @@ def test_what_makes_no_sound_is_named(room, response, head, tmp_path):
         (lambda: response.impulse_responses(sample_rate=7999), "from 8000 to 192000 Hz"),
         (lambda: response.impulse_responses(hrtf=tmp_path / "none.sofa"), "cannot read"),
         (lambda: response.impulse_responses(hrtf=tmp_path / "text.sofa"), "SimpleFreeFieldHRIR"),
+        (lambda: response.impulse_responses(hrtf="/dev/zero"), "/dev/zero: not a regular file"),
+        (lambda: response.impulse_responses(hrtf=tmp_path), "not a regular file"),
         (lambda: bare.to_sofa(tmp_path / "room.hdf5"), "does not end in .sofa"),
     ]:
         with pytest.raises(sonel.Error, match=message):

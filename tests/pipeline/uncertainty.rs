@@ -117,5 +117,8 @@ fn parameters_print_the_interval_of_the_materials_beside_that_of_the_simulation(
     assert!(ask(&a, &map, &["walls=0.05,0.1"]).unwrap_err().contains("the scene has 3 bands"));
     assert!(ask(&a, &map, &["walls=0.7"]).unwrap_err().contains("0 … 0.5"));
     assert!(ask(&a, &map, &["0.1", "--material-uncertainty", "0.2"]).unwrap_err().contains("given twice"));
+    for nothing in ["0", "1e-320", "walls=1e-300"] {
+        ask(&a, &map, &[nothing]).unwrap();
+    }
     assert!(analyze(&["parameters", &a, "--material-uncertainty", "0.1"]).unwrap_err().contains("--map"));
 }

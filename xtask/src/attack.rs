@@ -19,6 +19,8 @@ const PAGE: &str = "docs/stability.md";
 /// Repetitions of an attack on a program, and damaged copies of an input.
 const REPETITIONS: usize = 24;
 const COPIES: usize = 150;
+/// Pairs of runs with one output.
+const PAIRS: usize = 12;
 
 /// What an attack did.
 #[derive(Default)]
@@ -62,7 +64,10 @@ pub(crate) fn accept() -> Result<()> {
         ground.full_disks(&mut random, REPETITIONS)?,
     );
     attack("24 … 200 MiB of address space", all(), ground.small_memories(&mut random, REPETITIONS)?);
+    attack("reader of stdout or stderr gone, disk full below", all(), ground.broken_streams()?);
+    attack("two runs at once", all(), ground.pairs(PAIRS)?);
     let inputs = format!("{} kinds of input", INPUTS.len());
+    attack("pipe, device, folder, 3 GiB, UTF-16", inputs.clone(), ground.no_files()?);
     for (name, damage) in [
         ("a flipped bit", runs::flipped as runs::Damage),
         ("a cut", runs::cut),

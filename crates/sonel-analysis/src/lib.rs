@@ -14,7 +14,7 @@
 //! - [`echo`]: the echo criterion of Dietsch and Kraak;
 //! - [`jackknife`] and [`student`]: their intervals over batches; [`outlier`]: when intervals are unreliable;
 //! - [`materials`]: their uncertainty by that of the absorption of materials;
-//! - [`report`]: tables, CSV and JSON (docs/interface.md).
+//! - [`report`]: tables, CSV and JSON (docs/interface.md); [`cell`] and [`shown`]: names in them.
 //!
 //! [`comparison`] finds the parameters of two responses that differ beyond noise, [`map_comparison`] the places, times and
 //! bands of two maps.
@@ -51,6 +51,7 @@ pub mod regression;
 pub mod report;
 pub mod seats;
 pub mod sensitivity;
+pub mod shown;
 pub mod single;
 mod skewness;
 pub mod sonels;

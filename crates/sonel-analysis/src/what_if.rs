@@ -58,11 +58,17 @@ pub fn fitness(map: &SonelMap, geometry: &Geometry) -> Fitness {
     if !refusals.is_empty() {
         return Fitness { refusals, warnings: Vec::new() };
     }
-    let (ledger, sums) = (survey(map, geometry).ledger, sums(map, geometry));
+    let ledger = survey(map, geometry).ledger;
     let (traced, scene) = (map.ledger(), &map.header().scene);
     let mut flaws = Flaws::default();
     for (band, &center) in scene.bands.nominal().iter().enumerate() {
         flaws.balance(center, &ledger.bands[band], traced.bands[band].truncated);
+    }
+    if flaws.refused.iter().any(|refused| !refused.is_empty()) {
+        return flaws.fitness();
+    }
+    let sums = sums(map, geometry);
+    for (band, &center) in scene.bands.nominal().iter().enumerate() {
         flaws.paths(center, &Found::of(&sums, band, scene.duration));
     }
     flaws.fitness()

@@ -280,6 +280,9 @@ fn in_words(message: &str, text: &str, at: usize) -> String {
     if after.starts_with(',') && before.ends_with(|end: char| end.is_ascii_digit()) {
         return "numbers have a point, not a comma, such as 0.1; lists are in brackets".to_owned();
     }
+    if message.contains("escape") {
+        return format!("{message}; write / between folders, or '…' about a text with \\");
+    }
     message.to_owned()
 }
 

@@ -1,6 +1,15 @@
-//! How numbers and places are written in messages.
+//! How numbers and places are written in messages, and how bytes of files are text.
+
+use std::borrow::Cow;
 
 use glam::DVec3;
+
+/// The text of a file, which is Latin-1 if it is no UTF-8: names in older files of Windows are.
+pub(crate) fn text_of(bytes: &[u8]) -> Cow<'_, str> {
+    let latin = || bytes.iter().map(|byte| char::from(*byte)).collect::<String>();
+    std::str::from_utf8(bytes)
+        .map_or_else(|_| latin().into(), |text| text.trim_start_matches('\u{feff}').into())
+}
 
 /// A number of things.
 pub(crate) fn count(count: usize, what: &str) -> String {

@@ -61,15 +61,13 @@ pub enum SoundError {
         /// Samples per second.
         sample_rate_hz: u32,
     },
-    /// A measured impulse response that is too long.
+    /// A measured impulse response that is too short or too long.
     #[error(
-        "the impulse response lasts {seconds:.0} s after its onset, at most {longest} s are read: cut it"
+        "the impulse response lasts {seconds:.3} s from its onset on, 0.12 … 600 s are read: cut it, or record on"
     )]
-    Long {
-        /// Length [s].
+    Length {
+        /// From the onset [s].
         seconds: f64,
-        /// Longest that is read [s].
-        longest: f64,
     },
     /// The file is no WAV file, a damaged one, or of a coding that is not read.
     #[error("this is not a WAV file of integer or float samples, or it is damaged: {0}")]
@@ -149,12 +147,4 @@ pub enum SoundError {
     /// Silence.
     #[error("the recording is silent: nothing arrives at either ear")]
     Silent,
-    /// Nothing to read a decay from.
-    #[error(
-        "the recording lasts {seconds:.3} s from its onset on; an impulse response takes at least 0.12 s"
-    )]
-    Short {
-        /// From the onset [s].
-        seconds: f64,
-    },
 }

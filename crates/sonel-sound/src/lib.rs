@@ -43,7 +43,7 @@ pub use microphones::Microphone;
 pub use path::{Path, Waypoint};
 pub use resampling::resample;
 pub use walk::{Listener, walk};
-pub use wav::Recording;
+pub use wav::{Recording, write_part};
 
 /// Sample rate of impulse responses unless another one is asked for [Hz].
 pub const SAMPLE_RATE_HZ: u32 = 48_000;

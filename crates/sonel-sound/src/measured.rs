@@ -50,11 +50,8 @@ pub fn response(recording: &Recording, receiver: &str) -> Result<Response, Sound
     let onset = onset(&recording.channels[..1]).ok_or(SoundError::Silent)?;
     let seconds = (samples.len() - onset) as f64 / rate;
     let count = (seconds / BIN) as usize;
-    if count < 4 * FIRST_AVERAGE {
-        return Err(SoundError::Short { seconds });
-    }
-    if seconds > LONGEST {
-        return Err(SoundError::Long { seconds, longest: LONGEST });
+    if count < 4 * FIRST_AVERAGE || seconds > LONGEST {
+        return Err(SoundError::Length { seconds });
     }
     let is_held = |center: &f64| center * std::f64::consts::SQRT_2 <= 0.5 * rate;
     if !is_held(&OCTAVES[0]) {
@@ -70,8 +67,7 @@ pub fn response(recording: &Recording, receiver: &str) -> Result<Response, Sound
         let mut bins: Vec<f64> =
             (0..count).map(|bin| sum(border(bin), border(bin + 1).min(samples.len()))).collect();
         // The filters have no phase: what rings before the onset belongs to it.
-        let before = onset.saturating_sub((0.05 * rate) as usize);
-        bins[0] += sum(before, onset);
+        bins[0] += sum(onset.saturating_sub((0.05 * rate) as usize), onset);
         centers.push(center);
         reached_db.push(compensate(&mut bins));
         energy.extend(bins);
@@ -219,8 +215,8 @@ mod tests {
         };
         assert!(matches!(of(177, 2000), Err(SoundError::NoOctave { sample_rate_hz: 177 })));
         assert_eq!(of(180, 2000).unwrap().center_frequency_hz, [63.0]);
-        assert!(matches!(of(180, 200_000), Err(SoundError::Long { .. })));
-        assert!(matches!(of(180, 18), Err(SoundError::Short { .. })));
+        assert!(matches!(of(180, 200_000), Err(SoundError::Length { .. })));
+        assert!(matches!(of(180, 18), Err(SoundError::Length { .. })));
     }
 
     /// The noise of a record of octaves of B Hz spreads the reverberation time by about 1/√(B T): 3 standard errors at 1000 Hz are 8 %.

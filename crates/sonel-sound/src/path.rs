@@ -43,20 +43,19 @@ impl Path {
         }
         let mut lengths = vec![0.0];
         for (index, pair) in points.windows(2).enumerate() {
-            let (duration, way) = (pair[1].time - pair[0].time, pair[1].position.distance(pair[0].position));
+            let [before, time] = [pair[0].time, pair[1].time];
+            let (number, duration) = (index + 2, time - before);
+            let way = pair[1].position.distance(pair[0].position);
             if duration <= 0.0 {
-                let (time, before) = (pair[1].time, pair[0].time);
                 return Err(refused(
-                    index + 2,
+                    number,
                     format!("has the time {time} s after {before} s: times must rise"),
                 ));
             }
             if way > FASTEST * duration {
-                let speed = way / duration;
-                return Err(refused(
-                    index + 2,
-                    format!("is reached at {speed:.1} m/s; at most {FASTEST} m/s are allowed"),
-                ));
+                let problem =
+                    format!("is reached at {:.1} m/s; at most {FASTEST} m/s are allowed", way / duration);
+                return Err(refused(number, problem));
             }
             lengths.push(lengths[index] + way);
         }

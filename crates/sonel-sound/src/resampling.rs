@@ -1,5 +1,8 @@
 //! Other sample rates, by `rubato`'s interpolation with a windowed sinc.
 
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+
 use rubato::audioadapter_buffers::direct::InterleavedSlice;
 use rubato::{Async, FixedAsync, Resampler, SincInterpolationParameters};
 
@@ -9,34 +12,30 @@ use crate::SoundError;
 const CHUNK: usize = 1024;
 /// Steps of the filter between two samples: its table is off by one of them.
 const STEPS: usize = 4096;
-/// No recording has a higher rate: 192 kHz is the usual maximum.
-const HIGHEST_RATE_HZ: u32 = 768_000;
-
+/// Rates of recordings: a telephone has 8 kHz, 192 kHz is the usual maximum.
+const RATES_HZ: RangeInclusive<u32> = 1000..=768_000;
 /// One channel at another rate, of the same duration and level, in time to a sample.
 ///
 /// # Errors
-/// When a rate is 0 or above 768 kHz.
+/// When a rate is not one of 1 … 768 kHz.
 pub fn resample(signal: &[f32], from_hz: u32, to_hz: u32) -> Result<Vec<f32>, SoundError> {
     if from_hz == to_hz {
         return Ok(signal.to_vec());
     }
-    let refused = |problem: String| SoundError::Rate { from_hz, to_hz, problem };
-    if from_hz.max(to_hz) > HIGHEST_RATE_HZ {
-        return Err(refused(format!("the highest rate is {HIGHEST_RATE_HZ} Hz")));
+    let refused = |problem: &dyn Display| SoundError::Rate { from_hz, to_hz, problem: problem.to_string() };
+    if !RATES_HZ.contains(&from_hz) || !RATES_HZ.contains(&to_hz) {
+        return Err(refused(&format!("recordings have {} … {} Hz", RATES_HZ.start(), RATES_HZ.end())));
     }
-    let samples: Vec<f64> = signal.iter().map(|sample| f64::from(*sample)).collect();
     let ratio = f64::from(to_hz) / f64::from(from_hz);
     let filter = SincInterpolationParameters::default().oversampling_factor(STEPS);
-    let mut resampler = Async::<f64>::new_sinc(ratio, 1.0, &filter, CHUNK, 1, FixedAsync::Input)
-        .map_err(|error| refused(error.to_string()))?;
-    let input =
-        InterleavedSlice::new(&samples, 1, samples.len()).map_err(|error| refused(error.to_string()))?;
-    let output =
-        resampler.process_all(&input, samples.len(), None).map_err(|error| refused(error.to_string()))?;
+    let mut resampler = Async::<f32>::new_sinc(ratio, 1.0, &filter, CHUNK, 1, FixedAsync::Input)
+        .map_err(|error| refused(&error))?;
+    let input = InterleavedSlice::new(signal, 1, signal.len()).map_err(|error| refused(&error))?;
+    let output = resampler.process_all(&input, signal.len(), None).map_err(|error| refused(&error))?;
     // The library rounds the length up in floating point.
-    let count = (samples.len() as u64 * u64::from(to_hz)).div_ceil(u64::from(from_hz)) as usize;
+    let count = (signal.len() as u64 * u64::from(to_hz)).div_ceil(u64::from(from_hz)) as usize;
     // Its first frame is that of one step after the beginning.
-    Ok(std::iter::once(0.0).chain(output.take_data()).take(count).map(|sample| sample as f32).collect())
+    Ok(std::iter::once(0.0).chain(output.take_data()).take(count).collect())
 }
 
 #[cfg(test)]
@@ -67,7 +66,7 @@ mod tests {
 
     #[test]
     fn impossible_rates_are_refused() {
-        for rate in [0, 1_000_000] {
+        for rate in [0, 1, 999, 1_000_000] {
             assert!(resample(&[1.0], rate, 48_000).unwrap_err().to_string().contains("another program"));
         }
     }

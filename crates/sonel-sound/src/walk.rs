@@ -12,6 +12,7 @@
 //! References: [Cook1955] (docs/references.md).
 
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -33,6 +34,8 @@ const STEP: f64 = 0.02;
 const REACH: f64 = 2.0;
 /// Samples between which gains are linear.
 const BLOCK: usize = 256;
+/// Samples that are made at a time, at least, so that long recordings take no more memory; a multiple of a block.
+const SECTION: usize = 1 << 18;
 /// Smallest distance of a listener from a source [m].
 const CLOSEST: f64 = 0.01;
 
@@ -73,23 +76,24 @@ impl Spot<'_> {
     }
 }
 
-/// What a listener hears of a `signal` that source `s` sends from the first time of the `path` on: one or more channels, each as long as signal and echogram together. The
-/// response is that of the places of the path which are `spacing` apart. `step` is that of [`Synthesizer::with_step`].
+/// What a listener hears of a `signal` that source `s` sends from the first time of the `path` on: one or more channels, each as long as signal and echogram together.
+/// `take` gets their length and, one after the other, sections of all channels. The response is that of the places of the path which are `spacing` apart. `step` is that of
+/// [`Synthesizer::with_step`].
 ///
 /// # Errors
-/// When the response is one of other places, has no directions where they are needed, or the path leads through a source.
-pub fn walk(
+/// When the response is one of other places, has no directions where they are needed, or the path leads through a source; the errors of `take`.
+pub fn walk<E: From<SoundError>>(
     response: &Response,
     settings: SoundSettings,
-    s: usize,
-    (path, spacing): (&Path, f64),
+    (s, path, spacing): (usize, &Path, f64),
     listener: Listener<'_>,
     signal: &[f32],
     step: Step<'_>,
-) -> Result<Vec<Vec<f32>>, SoundError> {
+    mut take: impl FnMut(usize, Vec<Vec<f32>>) -> Result<(), E>,
+) -> Result<(), E> {
     let (found, expected) = (response.receivers(), path.pieces(spacing) + 1);
     if found != expected {
-        return Err(SoundError::Places { found, expected });
+        return Err(SoundError::Places { found, expected }.into());
     }
     let spots: Vec<Spot<'_>> = match listener {
         Listener::Point => vec![Spot::Point],
@@ -97,7 +101,9 @@ pub fn walk(
             microphones::check(response, array)?;
             array.iter().map(Spot::Microphone).collect()
         }
-        Listener::Ambisonics(..) if response.directions.is_none() => return Err(SoundError::NoDirections),
+        Listener::Ambisonics(..) if response.directions.is_none() => {
+            return Err(SoundError::NoDirections.into());
+        }
         Listener::Ambisonics(order, up) => {
             let front = if up.x.abs() < 0.9 { DVec3::X } else { DVec3::Y };
             vec![Spot::Ambisonics(order, Frame::new(up.cross(front).normalize(), up))]
@@ -106,14 +112,23 @@ pub fn walk(
     let places = (0..found).map(|r| Pulses::of_arrivals(response, (s, r))).collect::<Result<Vec<_>, _>>()?;
     let synthesizer = Synthesizer::new(response, settings).with_step(step);
     let samples = if signal.is_empty() { 0 } else { signal.len() + synthesizer.samples - 1 };
-    let walked = Walk { response, s, path, places, signal, samples, synthesizer };
-    let mut sums = walked.early(&spots)?;
-    let mut first = 0;
-    for spot in &spots {
-        walked.add_late(spot, &mut sums[first..first + spot.channels()])?;
-        first += spot.channels();
+    // What is heard at a time was sent within the response and the ringing of the filters before it.
+    let (ringing, before) = (synthesizer.padding, synthesizer.samples + 2 * synthesizer.padding);
+    let length = (4 * before).next_multiple_of(BLOCK).max(SECTION);
+    let mut walked = Walk { response, s, path, places, signal, first: 0, section: 0..0, synthesizer };
+    for begin in (0..samples.max(1)).step_by(length) {
+        walked.section = begin..samples.min(begin + length);
+        walked.first = begin.saturating_sub(before).min(signal.len());
+        walked.signal = &signal[walked.first..signal.len().min(walked.section.end + ringing)];
+        let mut sums = walked.early(&spots)?;
+        let mut first = 0;
+        for spot in &spots {
+            walked.add_late(spot, &mut sums[first..first + spot.channels()])?;
+            first += spot.channels();
+        }
+        take(samples, sums.iter().map(|sum| sum.iter().map(|sample| *sample as f32).collect()).collect())?;
     }
-    Ok(sums.into_iter().map(|channel| channel.into_iter().map(|sample| sample as f32).collect()).collect())
+    Ok(())
 }
 
 struct Walk<'a> {
@@ -122,9 +137,11 @@ struct Walk<'a> {
     path: &'a Path,
     /// Arrivals and late energies at every place.
     places: Vec<Pulses>,
+    /// What is heard of the signal in the section, and the number of its first sample.
     signal: &'a [f32],
+    first: usize,
     /// Samples that are heard.
-    samples: usize,
+    section: Range<usize>,
     synthesizer: Synthesizer<'a>,
 }
 
@@ -165,11 +182,13 @@ impl Walk<'_> {
     /// Listed arrivals in all channels of all spots.
     fn early(&self, spots: &[Spot<'_>]) -> Result<Vec<Vec<f64>>, SoundError> {
         let channels = spots.iter().map(Spot::channels).sum();
-        let mut sums = vec![vec![0.0; self.samples]; channels];
+        let mut sums = vec![vec![0.0; self.section.len()]; channels];
         let bands = self.bands();
-        let blocks: Vec<usize> = (0..self.samples).step_by(BLOCK).collect();
-        let of_blocks: Vec<_> =
-            blocks.par_iter().map(|begin| self.block(*begin, spots, &bands)).collect::<Result<_, _>>()?;
+        let blocks: Vec<usize> = (0..self.section.len()).step_by(BLOCK).collect();
+        let of_blocks: Vec<_> = blocks
+            .par_iter()
+            .map(|begin| self.block(self.section.start + begin, spots, &bands))
+            .collect::<Result<_, _>>()?;
         for (begin, block) in blocks.into_iter().zip(of_blocks) {
             for (sum, channel) in sums.iter_mut().zip(block) {
                 sum[begin..].iter_mut().zip(channel).for_each(|(sum, sample)| *sum += sample);
@@ -213,8 +232,8 @@ impl Walk<'_> {
                         }
                         let weight = (1.0 - (places[at].1 - index as f64).abs()).max(0.0);
                         let delay = own / self.response.speed_of_sound * self.rate();
-                        *way =
-                            ((begin + at + self.synthesizer.padding) as f64 - delay, weight * length / own);
+                        let sent = (begin + at + self.synthesizer.padding) as f64 - self.first as f64;
+                        *way = (sent - delay, weight * length / own);
                     }
                     let (read, gain) = (|way: &(f64, f64)| way.0, |way: &(f64, f64)| way.1);
                     if way.iter().map(gain).all(|gain| gain <= 0.0) {
@@ -256,9 +275,9 @@ impl Walk<'_> {
                 self.synthesizer.go_on()?;
                 let along = number as f64 * step;
                 let (low, high) = (along - REACH * step, along + REACH * step);
-                let (begin, end) = if steps > 0 { self.heard(low, high) } else { (0, self.samples) };
+                let (begin, end) = self.heard(low, high);
                 if begin >= end {
-                    return Ok((begin, vec![Vec::new(); sums.len()]));
+                    return Ok((0, vec![Vec::new(); sums.len()]));
                 }
                 let weight = |sample: usize| {
                     let (_, found) = self.path.at(self.path.begin() + sample as f64 / self.rate());
@@ -269,15 +288,13 @@ impl Walk<'_> {
                 let responses = self.late_responses(spot, along, equalizer.as_deref())?;
                 let of_channel = |response: Vec<f32>| {
                     let first = begin.saturating_sub(response.len().saturating_sub(1));
-                    let heard = convolve(
-                        &self.signal[first.min(self.signal.len())..end.min(self.signal.len())],
-                        &response,
-                    );
+                    let place = |sample: usize| sample.saturating_sub(self.first).min(self.signal.len());
+                    let heard = convolve(&self.signal[place(first)..place(end)], &response);
                     let heard =
                         heard[(begin - first).min(heard.len())..].iter().map(|sample| f64::from(*sample));
                     weights.iter().zip(heard).map(|(weight, sample)| weight * sample).collect()
                 };
-                Ok((begin, responses.into_iter().map(of_channel).collect()))
+                Ok((begin - self.section.start, responses.into_iter().map(of_channel).collect()))
             })
             .collect::<Result<_, SoundError>>()?;
         for (begin, channels) in parts {
@@ -288,11 +305,12 @@ impl Walk<'_> {
         Ok(())
     }
 
-    /// Samples at which the listener is between two lengths of the path.
+    /// Samples of the section at which the listener is between two lengths of the path.
     fn heard(&self, low: f64, high: f64) -> (usize, usize) {
         let (begin, end) = self.path.times(low, high);
-        let sample = |time: f64| ((time - self.path.begin()) * self.rate()).clamp(0.0, self.samples as f64);
-        (sample(begin).floor() as usize, (sample(end).ceil() as usize + 1).min(self.samples))
+        let sample = |time: f64| ((time - self.path.begin()) * self.rate()).max(0.0);
+        let within = |sample: usize| sample.clamp(self.section.start, self.section.end);
+        (within(sample(begin) as usize), within((sample(end).ceil() as usize).saturating_add(1)))
     }
 
     /// Late responses of all channels of a spot after a length of the path; empty ones where there is no late sound.

@@ -56,21 +56,39 @@ impl Recording {
     /// # Errors
     /// When `out` cannot be written, or the file would have 4 GiB.
     pub fn write(&self, mut out: impl Write) -> Result<(), SoundError> {
-        let (channels, frames) = (self.channels.len(), self.channels.first().map_or(0, Vec::len));
+        let frames = self.channels.first().map_or(0, Vec::len);
+        write_part(&mut out, &mut 0, frames, self.sample_rate_hz, &self.channels)?;
+        Ok(out.flush()?)
+    }
+}
+
+/// Most channels of a file: its header counts the bytes of a frame in 16 bits.
+pub const MOST_CHANNELS: usize = u16::MAX as usize / 4;
+
+/// Writes a part of a file of so many `frames` in all, of which some are `written`; before the first one what is before the samples.
+///
+/// # Errors
+/// When `out` cannot be written, or the file would have 4 GiB.
+pub fn write_part(
+    out: &mut impl Write,
+    written: &mut usize,
+    frames: usize,
+    rate: u32,
+    part: &[Vec<f32>],
+) -> Result<(), SoundError> {
+    let channels = part.len();
+    if *written == 0 {
         let bytes = 4 * channels as u64 * frames as u64;
         let too_large = || SoundError::TooLarge { bytes };
         let size =
             u32::try_from(bytes).ok().filter(|bytes| *bytes < u32::MAX - HEADER).ok_or_else(too_large)?;
-        let (count, align) =
-            u16::try_from(channels).ok().zip(u16::try_from(4 * channels).ok()).ok_or_else(too_large)?;
+        let align = u16::try_from(4 * channels).map_err(|_| too_large())?;
         let mask: u32 = if channels <= 2 { (1 << channels) - 1 } else { 0 };
-        let rate = self.sample_rate_hz;
         let mut header = Vec::new();
         header.extend(b"RIFF");
         header.extend((HEADER - 8 + size).to_le_bytes());
-        header.extend(b"WAVEfmt ");
-        header.extend(40_u32.to_le_bytes());
-        header.extend([EXTENSIBLE, count].map(u16::to_le_bytes).as_flattened());
+        header.extend(b"WAVEfmt \x28\0\0\0");
+        header.extend([EXTENSIBLE, align / 4].map(u16::to_le_bytes).as_flattened());
         header.extend([rate, rate.saturating_mul(u32::from(align))].map(u32::to_le_bytes).as_flattened());
         header.extend([align, 32, 22, 32].map(u16::to_le_bytes).as_flattened());
         header.extend(mask.to_le_bytes());
@@ -80,14 +98,15 @@ impl Recording {
         header.extend(b"data");
         header.extend(size.to_le_bytes());
         out.write_all(&header)?;
-        let mut frame = Vec::with_capacity(4 * channels);
-        for index in 0..frames {
-            frame.clear();
-            self.channels.iter().for_each(|channel| frame.extend(channel[index].to_le_bytes()));
-            out.write_all(&frame)?;
-        }
-        Ok(out.flush()?)
     }
+    let mut frame = Vec::with_capacity(4 * channels);
+    for index in 0..part.first().map_or(0, Vec::len) {
+        frame.clear();
+        part.iter().for_each(|channel| frame.extend(channel[index].to_le_bytes()));
+        out.write_all(&frame)?;
+        *written += 1;
+    }
+    Ok(())
 }
 
 /// Amplitude of the onset over the largest one: −20 dB.

@@ -11,11 +11,12 @@
 //! - [`exponential`] and [`decay`] serve the parameter code: ideal decays with closed forms, and a plain regression;
 //! - [`waves`] solves the wave equation between walls, slowly;
 //! - [`meshes`] writes one room in every mesh format;
-//! - [`test_folder`] is a folder in which the tests of programs run them.
+//! - [`test_folder`] is a folder in which the tests of programs run them, [`broken_streams`] runs them where nobody reads what they print.
 //!
 //! None of it is fit for production: speed, portability of the last bit and forgiving errors are not aims here.
 
 pub mod analytic;
+pub mod broken_streams;
 pub mod bruteforce;
 pub mod chi_square;
 pub mod decay;

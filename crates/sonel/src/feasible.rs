@@ -51,12 +51,12 @@ impl Demand {
     pub(crate) fn admit(self, allowed: Option<f64>, smaller: &str, watch: Watch<'_>) -> Result<()> {
         if let Some(allowed) = allowed.filter(|allowed| self.memory_bytes > *allowed) {
             return Err(Error::Options(vec![format!(
-                "`memory` {} is not enough: the run needs about: {self}. Allow more, or {smaller}",
+                "the run needs about: {self}, but `memory` allows {}: allow more, or {smaller}",
                 bytes(allowed)
             )]));
         }
         if self.memory_bytes > UNANNOUNCED_MEMORY_BYTES || self.cpu_seconds > UNANNOUNCED_CPU_SECONDS {
-            watch.info(&format!("the run needs about: {self}"))?;
+            watch.info(&format!("the run needs about: {self}; for less, {smaller}"))?;
         }
         Ok(())
     }
@@ -108,11 +108,12 @@ mod tests {
         assert!(heard.0.lock().unwrap().is_empty());
         admit(301.0, 1e9, None).unwrap();
         admit(1.0, 4.1e9, None).unwrap();
-        let last = "the run needs about: memory 4.1 GB, CPU time 1.00 s";
+        let last = "the run needs about: memory 4.1 GB, CPU time 1.00 s; for less, give fewer";
         assert_eq!(heard.0.lock().unwrap()[1..], [last]);
         let refused = admit(1.0, 4.1e9, Some(4e9)).unwrap_err().to_string();
         assert!(
-            refused.starts_with("`memory` 4.0 GB is not enough: the run needs about: memory 4.1 GB"),
+            refused.starts_with("the run needs about: memory 4.1 GB")
+                && refused.ends_with("but `memory` allows 4.0 GB: allow more, or give fewer"),
             "{refused}"
         );
     }

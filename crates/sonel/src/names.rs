@@ -2,6 +2,8 @@
 
 use crate::quantity;
 
+pub use sonel_analysis::shown::{message, shown};
+
 /// The place of `wanted` among the `known` names.
 ///
 /// # Errors

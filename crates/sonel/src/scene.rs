@@ -190,7 +190,7 @@ fn with_files<T>(
     let mut files = vec![path.to_owned()];
     let mut open = |beside: &str| {
         files.push(folder.join(beside));
-        file::read(&folder.join(beside))
+        file::read_in(&folder, beside)
     };
     // A mesh of a million triangles takes its time.
     watch.progress(STEP, 0.0)?;

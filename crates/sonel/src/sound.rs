@@ -9,9 +9,10 @@ use sonel_sound::{Listener, Path, SoundSettings, Synthesizer};
 use crate::{Error, Observer, ReceiverPoint, Response, Result};
 
 pub use sonel_sound::ambisonics::MOST_ORDER as MOST_AMBISONICS_ORDER;
+pub use sonel_sound::wav::MOST_CHANNELS;
 pub use sonel_sound::{
     Head, Iacc, Microphone, Recording, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ, SoundError, Waypoint, convolve, iacc,
-    resample,
+    resample, write_part,
 };
 
 /// Channels of an impulse response.
@@ -60,22 +61,48 @@ pub fn places(path: &Path, spacing: f64) -> Vec<ReceiverPoint> {
     places.into_iter().enumerate().map(place).collect()
 }
 
+/// Samples that [`convolve_in_sections`] makes at a time, at least.
+const SECTION: usize = 1 << 20;
+
+/// `signal` convolved with `responses` of one length: `take` gets the length of each result [samples] and, one after the other, sections of all of
+/// them, so that long recordings take no more memory.
+///
+/// # Errors
+/// Those of `take`.
+pub fn convolve_in_sections<E>(
+    signal: &[f32],
+    responses: &[Vec<f32>],
+    mut take: impl FnMut(usize, Vec<Vec<f32>>) -> Result<(), E>,
+) -> Result<(), E> {
+    let memory = responses.first().map_or(0, Vec::len).saturating_sub(1);
+    let (samples, length) = (signal.len() + memory, SECTION.max(4 * memory));
+    for begin in (0..samples).step_by(length) {
+        let [from, to] = [begin.saturating_sub(memory), begin + length].map(|place| place.min(signal.len()));
+        let of = |response: &Vec<f32>| -> Vec<f32> {
+            convolve(&signal[from..to], response).into_iter().skip(begin - from).take(length).collect()
+        };
+        take(samples, responses.par_iter().map(of).collect())?;
+    }
+    Ok(())
+}
+
 impl Response {
-    /// What a listener hears of a `signal` that every source sends from the first time of the path on, [S, channels, samples]: delays of direct
-    /// sound and listed reflections are exact at every sample, late sound fades between responses 2 cm apart. The response is that of the
-    /// [`places`] of the path. Axes of ambisonics and arrays are those of the scene.
+    /// What a listener hears of a `signal` that source `s` sends from the first time of the path on: `take` gets the length of the channels [samples]
+    /// and, one after the other, sections of all of them. Delays of direct sound and listed reflections are exact at every sample, late sound fades between
+    /// responses 2 cm apart. The response is that of the [`places`] of the path. Axes of ambisonics and arrays are those of the scene.
     ///
     /// # Errors
     /// When the response is one of other places, the sample rate is out of range, ears are asked for, or the path leads through a source. The
-    /// errors of [`Self::impulse_responses`].
+    /// errors of [`Self::impulse_responses`] and of `take`.
     pub fn walk(
         &self,
-        (path, spacing): (&Path, f64),
+        route: (usize, &Path, f64),
         channels: Channels<'_>,
         signal: &[f32],
         options: SoundOptions,
         observer: &dyn Observer,
-    ) -> Result<Vec<Vec<Vec<f32>>>> {
+        take: impl FnMut(usize, Vec<Vec<f32>>) -> Result<()>,
+    ) -> Result<()> {
         let (settings, up) = self.settings(channels, options)?;
         let listener = match channels {
             Channels::Single => Listener::Point,
@@ -87,10 +114,8 @@ impl Response {
                 ));
             }
         };
-        let e = self.echograms();
         let step = || observer.go_on();
-        let of_source = |s| sonel_sound::walk(e, settings, s, (path, spacing), listener, signal, &step);
-        Ok((0..e.sources()).map(of_source).collect::<Result<_, _>>()?)
+        sonel_sound::walk(self.echograms(), settings, route, listener, signal, &step, take)
     }
 
     /// Settings of the synthesis, and the direction up.
@@ -153,5 +178,31 @@ impl Response {
             take(pair, all.collect::<Result<_, _>>().map_err(Error::from)?)
         };
         pairs.into_par_iter().map(of_pair).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sections_are_those_of_the_whole() {
+        let of = |count: usize, factor: usize| -> Vec<f32> {
+            (0..count).map(|at| (at * factor % 1013) as f32 / 500.0 - 1.0).collect()
+        };
+        let (signal, responses) = (of(2 * SECTION + 77, 7919), [of(900, 31), of(900, 37)]);
+        let mut joined = vec![Vec::new(); 2];
+        convolve_in_sections(&signal, &responses, |samples, section| {
+            assert_eq!(samples, signal.len() + 899);
+            joined.iter_mut().zip(section).for_each(|(all, more)| all.extend(more));
+            Ok::<(), ()>(())
+        })
+        .unwrap();
+        for (joined, response) in joined.iter().zip(&responses) {
+            let whole = convolve(&signal, response);
+            assert_eq!(joined.len(), whole.len());
+            let largest = whole.iter().fold(0.0_f32, |most, sample| most.max(sample.abs()));
+            assert!(joined.iter().zip(&whole).all(|(a, b)| (a - b).abs() < 1e-5 * largest));
+        }
     }
 }

@@ -12,6 +12,9 @@ use crate::coefficients::{self, Coefficients, MaterialKey};
 use crate::names::place;
 use crate::{Error, ParseError, Result};
 
+/// Most variants of a material: every packet asks for the one that reflects most.
+const MOST_VALUES: usize = 256;
+
 /// The key that takes entries of the library.
 const LIBRARY: &str = "library";
 
@@ -146,6 +149,13 @@ pub(crate) fn add(options: &[Variants], scene: &mut Scene, geometry: &Geometry) 
     for (name, options) in by_material {
         add_to(name, &options, scene)?;
     }
+    if let Some(variants) = scene.variants.iter().find(|variants| variants.len() > MOST_VALUES) {
+        return Err(Error::refused(format!(
+            "material \"{}\" has {} variants, at most {MOST_VALUES} are carried: give a range of absorptions, LOW:HIGH, all of which are possible",
+            variants[0].name,
+            variants.len()
+        )));
+    }
     let sets = set_count(scene);
     if sets > MOST_SETS {
         return Err(Error::refused(format!(
@@ -241,6 +251,18 @@ mod tests {
         let mut scene = scene.clone();
         let geometry = scene.geometry()?;
         add(&options, &mut scene, &geometry).map(|()| scene)
+    }
+
+    #[test]
+    fn more_variants_than_are_carried_are_refused() {
+        let of = |count: usize| {
+            let values: Vec<String> = (1..=count).map(|at| (at as f64 / 1000.0).to_string()).collect();
+            added(&[&format!("materials.wall.north.absorption={}", values.join(","))], &scene())
+        };
+        // One of them is that of the material.
+        assert_eq!(of(MOST_VALUES + 1).unwrap().variants[0].len(), MOST_VALUES);
+        let said = of(MOST_VALUES + 2).unwrap_err().to_string();
+        assert!(said.contains("has 257 variants, at most 256 are carried: give a range"), "{said}");
     }
 
     #[test]

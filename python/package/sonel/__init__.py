@@ -1629,10 +1629,10 @@ def _channels(
         raise Error(f"{given[0]} and {given[1]} exclude each other: ask for one after the other")
     order = None if ambix is None else _input.whole(ambix, "ambix", 1, 7)
     try:
-        head = None if hrtf is None else Path(hrtf).read_bytes()
+        head = None if hrtf is None else _sonel.read(hrtf)
     except OSError as problem:
         kind = _Missing if isinstance(problem, FileNotFoundError) else Error
-        raise kind(f"cannot read {os.fspath(hrtf or '')}: {problem.strerror}") from None
+        raise kind(f"cannot read {os.fspath(hrtf or '')}: {problem.strerror or problem}") from None
     return order, head, None if array is None else [_receiver(**point) for point in _points(array, "microphone")]
 
 

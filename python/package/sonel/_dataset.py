@@ -133,7 +133,7 @@ def _manifest(out: Path, named: str, options: dict[str, Any]) -> None:
     path = out / "dataset.json"
     if not path.exists() or not any(path for end in ("npz", "tar") for path in out.glob(f"shard-*.{end}")):
         _publish(path, state.encode())
-    elif path.read_text() != state:
+    elif not path.is_file() or path.read_text() != state:
         raise Error(f"{path} is of other rooms, options or another version: choose another folder, or delete this one to begin anew")
 
 

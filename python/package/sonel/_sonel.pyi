@@ -10,6 +10,8 @@ __version__: str
 class Error(ValueError):
     """Bad input, a damaged file or an impossible request: the message of the programs."""
 
+def read(path: str | PathLike[str]) -> bytes: ...
+
 Polygons = tuple[bytes, bytes, bytes, bytes, list[str]]
 _Log = Callable[[int, str], object]
 _Progress = Callable[[str, float], object] | None

@@ -42,7 +42,7 @@ pub(crate) fn run(arguments: &Image, quiet: bool, log: &mut dyn Write) -> anyhow
     drop(progress);
     request.log_what_is_seen(&seen, &map.header().scene, log)?;
     let picture = request.picture(seen, &map, arguments);
-    request.draw(&picture, arguments, drawing.writer(), log)?;
+    request.draw(&picture, arguments, &mut drawing, log)?;
     values.write(|out| picture::exr(picture, out))?;
     drawing.publish()?;
     writeln!(log, "written to {} and {}", arguments.output.display(), drawn.display())?;

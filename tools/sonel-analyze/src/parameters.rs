@@ -58,7 +58,8 @@ pub(crate) fn run(
     if !arguments.mean {
         responses.iter().try_for_each(|read| remark(arguments, read, responses.len() > 1, log))?;
     }
-    Ok(Outcome::Done)
+    let has_failed = responses.iter().flat_map(|read| &read.shares).any(seats::Share::has_failed);
+    Ok(if has_failed { Outcome::Missed } else { Outcome::Done })
 }
 
 fn read(

@@ -96,7 +96,7 @@ fn write_all(folder: &Path, inputs: &[PathBuf], findings: &Findings<'_>) -> anyh
     let file = |name: &str, write: &dyn Fn(&mut dyn Write) -> anyhow::Result<()>| {
         let (_, kind) = FILES.into_iter().find(|(known, _)| *known == name).expect("a file of the folder");
         let mut output = Output::create(&folder.join(name), kind, inputs)?;
-        write(output.writer())
+        write(&mut output)
             .with_context(|| format!("cannot write {name}; an older file there is untouched"))?;
         output.publish()
     };

@@ -4,22 +4,22 @@
 
 use std::ffi::{OsStr, OsString};
 use std::fs::Metadata;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::SystemTime;
 
 use clap::error::ErrorKind;
 use clap::{ArgMatches, Parser};
+use sonel::names::message;
 
 /// Arguments of the programs whose values are outputs.
 pub const OUTPUTS: [&str; 3] = ["output", "fix", "wav"];
 /// The argument whose file may be replaced: `--extend` with the same `--output` grows a map.
 pub const REPLACEABLE: &str = "extend";
 
-/// Inputs that the command line of this process names.
-static NAMED: OnceLock<Vec<PathBuf>> = OnceLock::new();
-/// Those that are files, as they were before they were read.
-static READ: OnceLock<Vec<(PathBuf, State)>> = OnceLock::new();
+/// Inputs that the command line of this process names; those that are files, as they were before they were read.
+static NAMED: OnceLock<Vec<(PathBuf, Option<State>)>> = OnceLock::new();
 
 /// Number of a file, its length [bytes] and the time of its last change.
 type State = (u64, u64, Option<SystemTime>);
@@ -39,10 +39,11 @@ fn state(path: &Path) -> Option<State> {
 /// # Errors
 /// Names the first that was.
 pub(crate) fn require_unchanged() -> anyhow::Result<()> {
-    let was_written = |(path, before): &&(PathBuf, State)| {
-        state(path).is_some_and(|now| now.0 == before.0 && now != *before)
+    let is_other = |before: State, now: State| now.0 == before.0 && now != before;
+    let was_written = |(path, before): &&(PathBuf, Option<State>)| {
+        before.zip(state(path)).is_some_and(|(before, now)| is_other(before, now))
     };
-    match READ.get().and_then(|read| read.iter().find(was_written)) {
+    match NAMED.get().and_then(|named| named.iter().find(was_written)) {
         Some((path, _)) => {
             anyhow::bail!("{} was changed during the run: run the command again", path.display())
         }
@@ -56,12 +57,21 @@ pub fn parse<P: Parser>() -> P {
     let matches = P::command().try_get_matches().unwrap_or_else(|printed| {
         let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
         let misplaced = (printed.kind() == ErrorKind::ArgumentConflict).then(|| misplaced::<P>(&words));
-        misplaced.flatten().unwrap_or(printed).exit()
+        end(&misplaced.flatten().unwrap_or(printed))
     });
-    let named = NAMED.get_or_init(|| named_by(&matches));
-    let read = named.iter().filter_map(|path| Some((path.clone(), state(path)?)));
-    READ.get_or_init(|| read.collect());
-    P::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut P::command()).exit())
+    let named = named_by(&matches).into_iter().map(|path| (path.clone(), state(&path)));
+    NAMED.get_or_init(|| named.collect());
+    P::from_arg_matches(&matches).unwrap_or_else(|error| end(&error.format(&mut P::command())))
+}
+
+/// Prints help or what is wrong with a command line, and ends the program.
+fn end(printed: &clap::Error) -> ! {
+    if printed.use_stderr() {
+        // A closed stderr cannot be told.
+        let _ = std::io::stderr().write_all(message(&printed.render().to_string()).as_bytes());
+        std::process::exit(printed.exit_code())
+    }
+    printed.exit()
 }
 
 /// A command that does not come first, or is none: clap takes the first word for a file, and the second for what conflicts with it.
@@ -80,8 +90,8 @@ fn misplaced<P: Parser>(words: &[String]) -> Option<clap::Error> {
 }
 
 /// Inputs that the command line of this process names; none where another program calls.
-pub(crate) fn named() -> &'static [PathBuf] {
-    NAMED.get().map_or(&[], Vec::as_slice)
+pub(crate) fn named<'a>() -> impl Iterator<Item = &'a PathBuf> {
+    NAMED.get().into_iter().flatten().map(|(path, _)| path)
 }
 
 /// Paths that arguments of a program and of its command name, but for outputs. Not all of them are files.

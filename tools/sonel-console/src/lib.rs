@@ -16,7 +16,6 @@ pub mod shard;
 pub mod table;
 pub mod uncertainty;
 
-use std::borrow::Cow;
 use std::cell::RefCell;
 use std::error::Error;
 use std::io::{ErrorKind, Write};
@@ -29,6 +28,7 @@ use clap::CommandFactory;
 pub use clock::Stopwatch;
 pub use inputs::parse;
 pub use sonel::file as input;
+use sonel::names::{message, shown};
 pub use sonel::quantity;
 
 /// Where a program logs to, from whatever thread.
@@ -58,7 +58,9 @@ pub fn run_to_exit(
         .and_then(|()| {
             let mut out = Stream::new(std::io::stdout(), false);
             let mut log = Stream::new(log_stream(quiet), true);
-            on_whole_stack(|| program(&mut out, &mut log))
+            on_whole_stack(|| {
+                program(&mut out, &mut log).and_then(|outcome| Ok(out.flush().map(|()| outcome)?))
+            })
         })
         .and_then(|outcome| inputs::require_unchanged().map(|()| outcome));
     exit_code(result)
@@ -77,18 +79,6 @@ fn on_whole_stack<T: Send>(work: impl FnOnce() -> anyhow::Result<T> + Send) -> a
             std::panic::resume_unwind(panic)
         })
     })
-}
-
-/// `text` without the control characters that steer terminals: names in scenes and files may hold any. Lines and tabs stay.
-fn without_controls(text: &[u8]) -> Cow<'_, [u8]> {
-    // Those of bidirectional text show a name as another one.
-    let turns = |character: char| matches!(character, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    let is_control = |character: char| character.is_control() && !matches!(character, '\n' | '\t');
-    let steers = |character: char| is_control(character) || turns(character);
-    match std::str::from_utf8(text) {
-        Ok(text) if text.contains(steers) => Cow::Owned(text.replace(steers, "\u{fffd}").into_bytes()),
-        _ => Cow::Borrowed(text),
-    }
 }
 
 /// A stream that steers no terminal, and that a program goes on without: stdout where its reader has gone away, the log wherever it fails.
@@ -125,10 +115,10 @@ impl<W> Stream<W> {
 
 impl<W: Write> Write for Stream<W> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.unless_gone(bytes.len(), |stream| match without_controls(bytes) {
-            Cow::Borrowed(plain) => stream.write(plain),
-            Cow::Owned(plain) => stream.write_all(&plain).map(|()| bytes.len()),
-        })
+        let text = std::str::from_utf8(bytes).unwrap_or_default();
+        let plain = if self.is_log { message(text).into() } else { shown(text) };
+        let plain = if text.is_empty() { bytes } else { plain.as_bytes() };
+        self.unless_gone(bytes.len(), |stream| stream.write_all(plain).map(|()| bytes.len()))
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
@@ -142,9 +132,8 @@ fn exit_code(result: anyhow::Result<Outcome>) -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Missed) => ExitCode::from(1),
         Err(error) => {
-            let text = format!("error: {}\n", message(&error));
             // A closed stderr cannot be told.
-            let _ = std::io::stderr().write_all(&without_controls(text.as_bytes()));
+            let _ = writeln!(std::io::stderr(), "{}", message(&format!("error: {}", with_advice(&error))));
             ExitCode::from(2)
         }
     }
@@ -193,7 +182,7 @@ fn in_words(text: &str) -> String {
 }
 
 /// An error with its causes, and what to do where there is no memory, as when a map cannot be mapped.
-fn message(error: &anyhow::Error) -> String {
+fn with_advice(error: &anyhow::Error) -> String {
     let of_system = error.chain().filter_map(|cause| cause.downcast_ref::<std::io::Error>());
     let of_maps = error.chain().filter_map(|cause| match cause.downcast_ref()? {
         sonel::map::MapError::Io(error) => Some(error),
@@ -212,12 +201,23 @@ static QUIET: AtomicBool = AtomicBool::new(true);
 /// Says on the log of the program what no caller asked for.
 pub(crate) fn note(text: &str) {
     // A closed stderr cannot be told.
-    let _ = writeln!(log_stream(QUIET.load(Ordering::Relaxed)), "note: {text}");
+    let _ = writeln!(log_stream(QUIET.load(Ordering::Relaxed)), "note: {}", message(text));
 }
 
 /// Where a program logs to: stderr, or nowhere with `--quiet`.
 fn log_stream(quiet: bool) -> Box<Log<'static>> {
     if quiet { Box::new(std::io::sink()) } else { Box::new(std::io::stderr()) }
+}
+
+/// Three quarters of the memory of this machine, or of what its control group may take [bytes]; none where the system does not say it.
+#[must_use]
+pub fn usable_memory() -> Option<f64> {
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    let machine = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let machine =
+        machine.lines().find_map(|line| number(line.strip_prefix("MemTotal:")?.strip_suffix("kB")?))?;
+    let group = std::fs::read_to_string("/sys/fs/cgroup/memory.max").ok().and_then(|text| number(&text));
+    Some(0.75 * group.unwrap_or(f64::INFINITY).min(1024.0 * machine))
 }
 
 /// Most threads of a program: far more than cores only cost memory and switches.
@@ -324,14 +324,14 @@ mod tests {
     fn missing_memory_comes_with_advice() {
         let of =
             |number| anyhow::Error::new(std::io::Error::from_raw_os_error(number)).context("hall.sonelmap");
-        let [no_memory, no_file] = [12, 2].map(|number| message(&of(number)));
+        let [no_memory, no_file] = [12, 2].map(|number| with_advice(&of(number)));
         assert!(
             no_memory.starts_with("hall.sonelmap: ") && no_memory.ends_with("(ulimit -v)"),
             "{no_memory}"
         );
         assert!(!no_file.contains("ulimit"), "{no_file}");
         let unmapped = sonel::map::MapError::Io(std::io::Error::from_raw_os_error(12));
-        let unmapped = message(&anyhow::Error::new(unmapped).context("hall.sonelmap"));
+        let unmapped = with_advice(&anyhow::Error::new(unmapped).context("hall.sonelmap"));
         assert!(unmapped.ends_with("(ulimit -v)"), "{unmapped}");
     }
 }

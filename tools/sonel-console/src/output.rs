@@ -1,9 +1,11 @@
 //! Outputs that appear under their name only when complete.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, bail};
 use tempfile::TempPath;
@@ -128,7 +130,7 @@ fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Result
         );
     }
     check_name(target)?;
-    let named = inputs::named().iter().chain(inputs).find(|input| is_same_file(input, target));
+    let named = inputs::named().chain(inputs).find(|input| is_same_file(input, target));
     if let Some(input) = named {
         bail!(
             "{} is an input of this command ({}): choose another output",
@@ -236,20 +238,34 @@ fn prefix(target: &Path) -> OsString {
     prefix
 }
 
-/// Removes unfinished files of `target` that nobody writes any more: a run holds a lock on its own. What cannot be read, locked or
-/// removed stays.
-fn remove_stale(target: &Path) {
-    let Ok(entries) = folder_of(target).read_dir() else { return };
+/// Folders that this process writes in, each with a lock that other runs share, so that who has it alone knows that nobody else writes there, and
+/// with unfinished files that nobody wrote any more when this process came. One lock for each: complete files wait closed for their names, and may be many.
+static ENTERED: Mutex<BTreeMap<PathBuf, (File, Vec<PathBuf>)>> = Mutex::new(BTreeMap::new());
+
+/// Says to other runs that this one writes in the folder of `target`, and removes unfinished files of `target` that killed runs left. What cannot be
+/// read, locked or removed stays.
+fn enter(target: &Path) {
+    let Ok(folder) = folder_of(target).canonicalize() else { return };
+    let mut entered = ENTERED.lock().unwrap_or_else(PoisonError::into_inner);
+    if !entered.contains_key(&folder) {
+        let Ok(lock) = File::open(&folder) else { return };
+        let is_alone = lock.try_lock().is_ok();
+        let entries = folder.read_dir().into_iter().flatten().flatten().map(|entry| entry.path());
+        let left = entries.filter(|path| is_alone && path.is_file() && has_ending(path, &UNFINISHED[1..]));
+        let left = left.collect();
+        let _ = lock.lock_shared();
+        entered.insert(folder.clone(), (lock, left));
+    }
+    let Some((_, left)) = entered.get_mut(&folder) else { return };
     let prefix = prefix(target).to_string_lossy().into_owned();
-    for entry in entries.flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
+    let is_of_target = |path: &mut PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
         let random = name.strip_prefix(&prefix).and_then(|rest| rest.strip_suffix(UNFINISHED));
-        let is_ours = random.is_some_and(|random| !random.is_empty() && !random.contains('.'));
-        if is_ours
-            && crate::input::open(&entry.path()).is_ok_and(|file| file.try_lock().is_ok())
-            && std::fs::remove_file(entry.path()).is_ok()
-        {
-            note(&format!("removed {}, left by a killed run", entry.path().display()));
+        random.is_some_and(|random| !random.is_empty() && !random.contains('.'))
+    };
+    for path in left.extract_if(.., is_of_target) {
+        if std::fs::remove_file(&path).is_ok() {
+            note(&format!("removed {}, left by a killed run", path.display()));
         }
     }
 }
@@ -264,18 +280,12 @@ impl Output {
         check_target(target, kind, inputs)?;
         check_place(target)?;
         let folder = folder_of(target);
-        remove_stale(target);
+        enter(target);
         let begin =
             || tempfile::Builder::new().prefix(&prefix(target)).suffix(UNFINISHED).tempfile_in(folder);
         let (file, unfinished) = interrupt::Unfinished::begin(begin)
             .with_context(|| format!("cannot write in {}: choose another folder for it", folder.display()))?;
-        // Tells other runs that this file is being written. Where locks are unknown they leave it alone.
         let (file, path) = file.into_parts();
-        let _ = file.try_lock();
-        // Before that a run with the same target may have taken it for one that was left.
-        if !path.exists() {
-            return Self::create(target, kind, inputs);
-        }
         let file = BufWriter::with_capacity(1 << 20, file);
         Ok(Self { target: target.to_owned(), file, path, unfinished })
     }
@@ -286,17 +296,6 @@ impl Output {
     /// The errors of [`Self::create`].
     pub fn try_create(target: &Path, kind: Kind) -> anyhow::Result<()> {
         Self::create(target, kind, &[]).map(drop)
-    }
-
-    /// Where it will be.
-    #[must_use]
-    pub fn target(&self) -> &Path {
-        &self.target
-    }
-
-    /// What to write to.
-    pub fn writer(&mut self) -> &mut BufWriter<File> {
-        &mut self.file
     }
 
     /// The file as written so far, to be read before it is published.
@@ -430,7 +429,7 @@ mod tests {
         let target = folder.path().join("hall.sonelmap");
         std::fs::write(&target, OLD).unwrap();
         let mut output = Output::create(&target, Kind::MAP, &[]).unwrap();
-        output.writer().write_all(b"new, but never finished").unwrap();
+        output.write_all(b"new, but never finished").unwrap();
         let is_unfinished = |name: &String| name.starts_with("hall.sonelmap.") && name.ends_with(UNFINISHED);
         assert!(names(folder.path()).iter().any(is_unfinished));
         drop(output);
@@ -445,7 +444,7 @@ mod tests {
         for old in [OLD, ""] {
             std::fs::write(&target, old).unwrap();
             let mut output = Output::create(&target, Kind::MAP, &[]).unwrap();
-            output.writer().write_all(b"new").unwrap();
+            output.write_all(b"new").unwrap();
             output.publish().unwrap();
             assert_eq!(std::fs::read_to_string(&target).unwrap(), "new");
         }

@@ -8,11 +8,11 @@ use sonel::{
     Air, Audience, Change, Estimator, Grid, ReceiverPoint, RenderOptions, ShardRange, Targets,
     parse_diffraction, parse_time,
 };
-use sonel_console::Common;
 use sonel_console::choices::estimator;
 use sonel_console::count::{parse_count, parse_rays};
 use sonel_console::receiver::parse_receiver;
 use sonel_console::shard::parse_shard;
+use sonel_console::{Common, usable_memory};
 
 use crate::sound::SoundArguments;
 
@@ -188,7 +188,7 @@ pub struct Arguments {
     /// No rendering starts that would end later.
     #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
     pub at_most: Option<f64>,
-    /// Memory limit [bytes], such as 8G.
+    /// Memory limit [bytes], such as 8G [default: three quarters of the machine's].
     ///
     /// A rendering that is predicted to take more memory of its own is refused before it starts.
     #[arg(long, value_name = "BYTES", value_parser = parse_count, allow_negative_numbers = true)]
@@ -245,7 +245,7 @@ impl Arguments {
             shard: self.shard,
             until: self.until.clone(),
             at_most: self.at_most,
-            memory: self.memory.map(|bytes| bytes as f64),
+            memory: self.memory.map(|bytes| bytes as f64).or_else(usable_memory),
         }
     }
 }

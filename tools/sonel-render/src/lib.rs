@@ -23,6 +23,7 @@ use walk::Walk;
 
 pub use arguments::Arguments;
 pub use sound::{SoundArguments, SoundFiles};
+pub use walk::dry;
 
 /// Runs the program: data to `out`, everything else to `log`.
 ///
@@ -60,7 +61,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         write!(out, "{}", tables::map_table(plan, map.label()))?;
     }
     let planned = plan.as_ref().map_or(Value::Null, tables::json);
-    let Some(output) = output else {
+    let (Some(output), Some(target)) = (output, &arguments.output) else {
         if arguments.json {
             writeln!(out, "{}", json!({ "plan": planned }))?;
         }
@@ -68,7 +69,6 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     };
 
     let rendered = follower.result(prepared.render(plan.as_ref(), &follower))?;
-    let target = output.target().display().to_string();
     let mut complete = vec![output.complete(|out| rendered.response.echograms().write(out).map(drop))?];
     for ((name, path), output) in variants.iter().zip(further) {
         let options = RenderOptions { variant: Some(name.clone()), ..arguments.options() };
@@ -86,19 +86,17 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         complete.extend(walk.complete(&rendered.response, arguments.seed)?);
     }
     output::publish(complete)?;
-    if let (Some(walk), Some(folder)) = (&walk, &arguments.sound.wav) {
-        let files = counted(walk.count(), "walk");
+    let files = walk.as_ref().map(|walk| counted(walk.count(), "walk"));
+    let files = files.or(sounds.as_ref().map(|sounds| counted(sounds.count(), "impulse response")));
+    if let (Some(files), Some(folder)) = (files, &arguments.sound.wav) {
         follower.line(&format!("{files} written to {}", folder.display()))?;
-    }
-    if let Some(sounds) = &sounds {
-        let files = counted(sounds.count(), "impulse response");
-        follower.line(&format!("{files} written to {}", sounds.folder.display()))?;
     }
     let seconds = follower.seconds();
     let (sources, (wall, cpu)) = (counted(scene.sources.len(), "source"), seconds);
     follower.line(&format!(
-        "{}: {receivers}, {sources}; {wall:.2} s ({cpu:.2} CPU seconds); written to {target}",
-        scene.name
+        "{}: {receivers}, {sources}; {wall:.2} s ({cpu:.2} CPU seconds); written to {}",
+        scene.name,
+        target.display()
     ))?;
     remark(&rendered, &follower)?;
     let parameters = arguments.parameters.then(|| sonel::analysis::parameters(rendered.response.echograms()));

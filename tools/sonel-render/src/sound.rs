@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use clap::Args;
-use sonel::sound::MOST_AMBISONICS_ORDER;
 use sonel::sound::{Head, Microphone, Recording, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ};
+use sonel::sound::{MOST_AMBISONICS_ORDER, MOST_CHANNELS};
 use sonel::{Channels, Response, Silent, SoundOptions};
 use sonel_console::input;
 use sonel_console::output::{Complete, Kind, Output, make_folder};
@@ -75,7 +75,13 @@ impl Heard {
             Head::read(&bytes, arguments.wav_rate).with_context(|| path.display().to_string())
         };
         let microphones = |path: &PathBuf| -> anyhow::Result<Vec<Microphone>> {
-            Ok(receivers::read_file(path)?.into_iter().map(sonel::microphone).collect())
+            let all = receivers::read_file(path)?;
+            let (label, count) = (path.display(), all.len());
+            ensure!(
+                count <= MOST_CHANNELS,
+                "{label} has {count} microphones, a WAV file at most {MOST_CHANNELS} channels: leave some out"
+            );
+            Ok(all.into_iter().map(sonel::microphone).collect())
         };
         Ok(Self {
             ambix: arguments.ambix,

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use glam::DVec3;
 use sonel::scenes::CompiledScene;
-use sonel::sound::{Recording, resample};
+use sonel::sound::{Recording, resample, write_part};
 use sonel::{ReceiverPoint, Response, Route, Silent, SoundOptions, Waypoint};
 use sonel_console::input;
 use sonel_console::output::{Complete, Kind, Output, make_folder};
@@ -36,19 +36,13 @@ impl<'a> Walk<'a> {
         else {
             return Ok(None);
         };
-        let label = recording.display().to_string();
-        let opened = input::open(recording).with_context(|| format!("cannot read {label}"))?;
-        let dry = Recording::read(BufReader::new(opened)).with_context(|| label.clone())?;
-        let [signal] = &dry.channels[..] else {
-            bail!("{label} has {} channels: mix them to one", dry.channels.len());
-        };
         let sample_rate_hz = arguments.sound.wav_rate;
         Ok(Some(Self {
             path: read(file)?,
             spacing: arguments.path_spacing,
             folder,
             sources: numbered(scene.sources.iter().map(|source| source.name.as_str())),
-            signal: resample(signal, dry.sample_rate_hz, sample_rate_hz).with_context(|| label)?,
+            signal: dry(recording, sample_rate_hz)?.0,
             heard: Heard::of(&arguments.sound)?,
             sample_rate_hz,
         }))
@@ -83,16 +77,33 @@ impl<'a> Walk<'a> {
         let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz };
         let mut complete = Vec::new();
         for (end, channels) in self.heard.channels() {
-            let heard =
-                response.walk((&self.path, self.spacing), channels, &self.signal, options, &Silent)?;
-            for (source, channels) in self.sources.iter().zip(heard) {
-                let recording = Recording { sample_rate_hz: self.sample_rate_hz, channels };
+            for (s, source) in self.sources.iter().enumerate() {
+                let route = (s, &self.path, self.spacing);
                 let output = Output::create(&self.file(source, &end), Kind::SOUND, &[])?;
-                complete.push(output.complete(|out| recording.write(out))?);
+                complete.push(output.complete(|out| {
+                    let mut written = 0;
+                    response.walk(route, channels, &self.signal, options, &Silent, |frames, section| {
+                        Ok(write_part(out, &mut written, frames, self.sample_rate_hz, &section)?)
+                    })
+                })?);
             }
         }
         Ok(complete)
     }
+}
+
+/// The recording of one channel in `path` at `rate` [Hz], and its own rate.
+///
+/// # Errors
+/// When the file cannot be read, is no such recording, or has a rate of none.
+pub fn dry(path: &Path, rate: u32) -> anyhow::Result<(Vec<f32>, u32)> {
+    let label = || path.display().to_string();
+    let opened = input::open(path).with_context(|| format!("cannot open {}", label()))?;
+    let dry = Recording::read(BufReader::new(opened)).with_context(label)?;
+    let [signal] = &dry.channels[..] else {
+        bail!("{} has {} channels: mix them to one", label(), dry.channels.len());
+    };
+    Ok((resample(signal, dry.sample_rate_hz, rate).with_context(label)?, dry.sample_rate_hz))
 }
 
 /// The path in a CSV file.

@@ -95,7 +95,7 @@ fn of_mesh(new: &New, mesh: &Path, options: &DraftOptions<'_>) -> anyhow::Result
     let name = mesh.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let folder = new.output.parent().unwrap_or(Path::new("")).to_owned();
     let _progress = Progress::wait("reading", new.common.quiet);
-    Ok(sonel::scenes::draft(&path, &name, options, &mut |path| input::read(&folder.join(path))))
+    Ok(sonel::scenes::draft(&path, &name, options, &mut |path| input::read_in(&folder, path)))
 }
 
 /// The path of the mesh as the scene file names it: relative to its folder where the mesh lies in it, else absolute.

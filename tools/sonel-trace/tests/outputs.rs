@@ -209,7 +209,7 @@ fn runs_beyond_all_measure_are_refused_with_what_they_take() {
     );
     let mut command = Command::new(PROGRAM);
     let limited = command.args(arguments(&folder, &target, "1M")).args(["--memory", "1M"]);
-    refused(limited, &["--memory 1.0 MB is not enough: the run needs about: map", "give fewer packets"]);
+    refused(limited, &["the run needs about: map", "--memory allows 1.0 MB", "give fewer packets"]);
     for threads in ["0", "1025", "10000", "many"] {
         let mut command = Command::new(PROGRAM);
         let said = Ended::of(command.args(arguments(&folder, &target, "100")).args(["--threads", threads]))
@@ -317,4 +317,39 @@ fn without_permission_the_folder_or_the_scene_is_named() {
         &["cannot read the scene", "scene.toml"],
     );
     set(&closed, 0o755);
+}
+
+/// What is asked of every command when nobody reads what it prints, or the disk below that is full.
+#[test]
+#[cfg(target_os = "linux")]
+fn no_command_ends_well_without_what_it_was_asked_for() {
+    use clap::CommandFactory;
+    const LINES: [&str; 7] = [
+        "scene.toml -o out/x.sonelmap --packets 500 --json",
+        "scene.toml -o out/x.sonelmap --packets 900 --extend a.sonelmap",
+        "scene.toml -o out/x.sonelmap --packets 300 --until level<9dB",
+        "check scene.toml",
+        "check twice.toml --fix out/x.obj",
+        "new --shoebox 5,4,3 -o out/x.toml",
+        "materials felt",
+    ];
+    for command in sonel_trace::Program::command().get_subcommands() {
+        let name = command.get_name();
+        assert!(LINES.iter().any(|line| line.split(' ').next() == Some(name)), "{name} has no line");
+    }
+    let folder = TestFolder::with(&SCENE.replace("1.0\n[bands]", "0.2\n[bands]"));
+    // A box with one face twice.
+    let corners = "v 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nv 0 0 3\nv 4 0 3\nv 4 3 3\nv 0 3 3\nusemtl walls\n";
+    let faces = "f 1 2 3 4\nf 5 8 7 6\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\nf 1 2 3 4\n";
+    folder.write("twice.obj", format!("{corners}{faces}"));
+    folder.write("twice.toml", SCENE.replace("shoebox = [5.0, 4.0, 3.0]", "mesh = \"twice.obj\""));
+    let line = arguments(&folder, &folder.path("a.sonelmap"), "500");
+    Ended::of(Command::new(PROGRAM).args(line)).done();
+    let faults_of = |line: &&str| {
+        // They state CPU times.
+        let states_times = line.contains("--json");
+        sonel_testkit::broken_streams::faults(&folder, &format!("{PROGRAM} {line}"), states_times)
+    };
+    let faults: Vec<String> = LINES.iter().flat_map(faults_of).collect();
+    assert!(faults.is_empty(), "{faults:#?}");
 }

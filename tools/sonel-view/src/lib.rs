@@ -25,19 +25,11 @@ pub use page::Subject;
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
     speak_as::<Arguments>();
     use_threads(arguments.common.threads)?;
-    if let Some(output) = &arguments.output {
-        return freeze(
-            &arguments.files,
-            output,
-            &arguments.heard,
-            &arguments.head,
-            arguments.packets,
-            arguments.common.quiet,
-            log,
-        );
+    let Arguments { files, output, heard, head, packets, common, .. } = arguments;
+    match output {
+        Some(output) => freeze(files, output, heard, head, *packets, common.quiet, log),
+        None => live::serve(Files::open(files)?, arguments, out, log),
     }
-    let files = Files::open(&arguments.files)?;
-    live::serve(files, arguments, out, log)
 }
 
 /// Writes the page of `files` to `output`. A scene is traced with `packets`, a map without response rendered at the receivers of its scene.

@@ -241,3 +241,18 @@ fn a_moved_source_is_traced_and_saved_beside_the_scene() {
         200
     );
 }
+
+/// What is asked of a frozen page when nobody reads what the program prints, or the disk below that is full. A server whose address is lost ends.
+#[test]
+#[cfg(target_os = "linux")]
+fn no_page_is_lost_without_a_word() {
+    let folder = traced();
+    let program = env!("CARGO_BIN_EXE_sonel-view");
+    for line in ["a.sonelmap -o out/x.html", "scene.toml --packets 500 -o out/x.html"] {
+        let faults = sonel_testkit::broken_streams::faults(&folder, &format!("{program} {line}"), false);
+        assert!(faults.is_empty(), "{faults:#?}");
+    }
+    let full = std::fs::File::options().write(true).open("/dev/full").expect("a full disk");
+    let served = Command::new(program).arg(folder.path("a.sonelmap")).arg("--no-open").stdout(full).output();
+    assert_eq!(served.expect("a program that starts").status.code(), Some(2));
+}

@@ -17,7 +17,7 @@ pub(super) const PROGRAMS: [&str; 11] = [
 
 /// Kinds of input: the file, and a command that reads a damaged copy of it, `damaged` with the same ending. Whether what it prints is that of the
 /// good file or nothing, as the file has a digest.
-pub(super) const INPUTS: [(&str, &str, bool); 17] = [
+pub(super) const INPUTS: [(&str, &str, bool); 21] = [
     ("a.sonelmap", "sonel-analyze verify damaged.sonelmap", true),
     ("a.npz", "sonel-analyze parameters damaged.npz --format csv", true),
     ("dry.wav", "sonel-analyze listen sounds-a/1-source_1-seat.wav damaged.wav -o out/x.wav", false),
@@ -43,6 +43,48 @@ pub(super) const INPUTS: [(&str, &str, bool); 17] = [
         false,
     ),
     ("library.txt", "sonel-trace materials --file damaged.txt", false),
+    (
+        "materials.toml",
+        "sonel-render a.sonelmap -o out/x.npz --bin 0.05 --rays 16 --materials damaged.toml",
+        false,
+    ),
+    (
+        "balloon.csv",
+        "sonel-render a.sonelmap -o out/x.npz --bin 0.05 --rays 16 --set sources.source.directivity=damaged.csv",
+        false,
+    ),
+    (
+        "path.csv",
+        "sonel-render a.sonelmap -o out/x.npz --bin 0.05 --rays 16 --wav out/sounds --path damaged.csv --recording dry.wav",
+        false,
+    ),
+    (
+        "dry.wav",
+        "sonel-render a.sonelmap -o out/x.npz --bin 0.05 --rays 16 --wav out/sounds --path path.csv --recording damaged.wav",
+        false,
+    ),
+];
+
+/// What may stand in the place of an input, made by the shell as `damaged`: none of it is a file to be read.
+pub(super) const NO_FILES: [(&str, &str); 6] = [
+    ("a pipe", "mkfifo"),
+    ("a device", "ln -s /dev/zero"),
+    ("a folder", "mkdir"),
+    ("a link to nothing", "ln -s nowhere"),
+    ("3 GiB of nothing", "truncate -s 3G"),
+    ("UTF-16", "printf '\\377\\376m\\0e\\0' >"),
+];
+
+/// What may become of stdout and stderr, and who reads them.
+pub(super) const STREAMS: [(&str, &str); 8] = [
+    (">&-", ""),
+    ("2>&-", ""),
+    (">&- 2>&-", ""),
+    ("> /dev/full", ""),
+    ("2> /dev/full", ""),
+    ("> /dev/full 2>&1", ""),
+    ("2>&1", "| true"),
+    ("2> /dev/full", "| true"),
 ];
 
 /// A room of the walls `absorption`.
@@ -56,5 +98,10 @@ pub(super) fn scene(absorption: &str) -> String {
 /// A room with a mesh.
 pub(super) const MESH_SCENE: &str = "mesh = \"room.obj\"\nduration_s = 0.2\n[materials.walls]\nabsorption = 0.1\n[materials.floor]\nabsorption = 0.1\n\
                                      [[sources]]\nposition = [1.0, 1.0, 1.0]\n";
+/// Another material, and a talker.
+pub(super) const MATERIALS: &str = "[materials.walls]\nabsorption = 0.4\nscattering = 0.5\n";
+pub(super) const BALLOON: &str = "azimuth,polar,500,1000\n0,0,0,0\n0,90,-3,-6\n0,180,-6,-12\n";
+/// A walk of a tenth of a second.
+pub(super) const PATH: &str = "time,x,y,z\n0,3,2,1.5\n0.1,3.1,2,1.5\n";
 /// Places.
 pub(super) const RECEIVERS: &str = "name,x,y,z\na,3,2,1.2\n\"b, left\",2,3,1.2\n";

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
 
-use super::cases::{self, INPUTS, PROGRAMS};
+use super::cases::{self, INPUTS, NO_FILES, PROGRAMS, STREAMS};
 use super::{Random, Tally, files};
 use xtask::workspace;
 
@@ -70,6 +70,9 @@ impl<'a> Ground<'a> {
         }
         write("mesh.toml", cases::MESH_SCENE.as_bytes())?;
         write("receivers.csv", cases::RECEIVERS.as_bytes())?;
+        write("materials.toml", cases::MATERIALS.as_bytes())?;
+        write("balloon.csv", cases::BALLOON.as_bytes())?;
+        write("path.csv", cases::PATH.as_bytes())?;
         let seeds = workspace::root().join("fuzz/seeds");
         for (from, to) in [
             ("wav/float.wav", "dry.wav"),
@@ -91,19 +94,19 @@ impl<'a> Ground<'a> {
         Ok(ground)
     }
 
-    /// Starts a command line in a shell, behind what the shell is told `before`.
-    fn start(&self, before: &str, line: &str) -> Result<std::process::Child> {
+    /// Starts a command line in a shell, between what the shell is told `before` and `behind`.
+    fn start(&self, before: &str, line: &str, behind: &str) -> Result<std::process::Child> {
         let quoted: Vec<String> = line.split(' ').skip(1).map(|word| format!("'{word}'")).collect();
         let program = self.programs.join(line.split(' ').next().context("a program")?);
         let mut shell = Command::new("sh");
-        let script = format!("{before} {} {}", program.display(), quoted.join(" "));
+        let script = format!("{before} {} {} {behind}", program.display(), quoted.join(" "));
         shell.current_dir(&self.folder).env_remove("RUST_BACKTRACE").args(["-c", &script]);
         Ok(shell.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?)
     }
 
     fn run(&self, before: &str, line: &str) -> Result<Ended> {
         let before = format!("{before} exec timeout {LONGEST_SECONDS}");
-        let ended = self.start(&before, line)?.wait_with_output()?;
+        let ended = self.start(&before, line, "")?.wait_with_output()?;
         let err = String::from_utf8_lossy(&ended.stderr).into_owned();
         Ok(Ended { status: ended.status, out: ended.stdout, err })
     }
@@ -170,7 +173,7 @@ impl<'a> Ground<'a> {
             for repetition in 0..repetitions {
                 self.restore(&old)?;
                 let signal = ["KILL", "INT", "TERM"][repetition % 3];
-                let child = self.start("exec", &line.replace("{}", "b"))?;
+                let child = self.start("exec", &line.replace("{}", "b"), "")?;
                 std::thread::sleep(time.mul_f64(random.below(1000) as f64 / 900.0));
                 Command::new("kill")
                     .args(["-s", signal, &child.id().to_string()])
@@ -221,14 +224,82 @@ impl<'a> Ground<'a> {
         self.limited(repetitions, &mut |_| format!("ulimit -v {};", (24 << 10) + random.below(176 << 10)))
     }
 
+    /// Every program without a reader of what it prints, or on a full disk. A run that ends well has written what it was asked for.
+    pub(super) fn broken_streams(&self) -> Result<Tally> {
+        let mut tally = Tally::default();
+        for line in PROGRAMS {
+            let [(old, _), (new, _)] = self.both(line)?;
+            let line = line.replace("{}", "b").replace(" --quiet", "");
+            for (own, reader) in STREAMS {
+                self.restore(&old)?;
+                // The end of a pipe does not tell how the program ended.
+                let behind = format!("{own}; echo $? > code; }} {reader}");
+                self.start(&format!("{{ timeout {LONGEST_SECONDS}"), &line, &behind)?.wait_with_output()?;
+                let code = std::fs::read_to_string(self.folder.join("code"))?.trim().to_owned();
+                let is_done = code == "0";
+                let wrong = (!is_done && code != "2").then(|| format!("exit code {code}"));
+                let allowed = if is_done { &new } else { &old };
+                let wrong = wrong.or(self.outputs(allowed, &new, false)?);
+                tally.count(is_done, wrong.map(|wrong| format!("{line} {own} {reader}: {wrong}")));
+            }
+        }
+        Ok(tally)
+    }
+
+    /// Two runs at once with one output: both end well, and what is there is complete.
+    pub(super) fn pairs(&self, repetitions: usize) -> Result<Tally> {
+        let mut tally = Tally::default();
+        for line in PROGRAMS {
+            let [(old, _), (new, _)] = self.both(line)?;
+            for _ in 0..repetitions {
+                self.restore(&old)?;
+                let begin = || self.start("exec", &line.replace("{}", "b"), "");
+                let both = [begin()?, begin()?];
+                for child in both {
+                    let ended = child.wait_with_output()?;
+                    let err = String::from_utf8_lossy(&ended.stderr).into_owned();
+                    let wrong = (!ended.status.success()).then_some(err);
+                    let wrong = wrong.or(self.outputs(&new, &new, true)?);
+                    tally.count(ended.status.success(), wrong.map(|wrong| format!("{line}: {wrong}")));
+                }
+                let wrong = self.outputs(&new, &new, false)?;
+                tally.violations.extend(wrong.map(|wrong| format!("{line}: {wrong}")));
+            }
+        }
+        Ok(tally)
+    }
+
+    /// What is no file in the place of every input: a message, at once and without memory.
+    pub(super) fn no_files(&self) -> Result<Tally> {
+        let mut tally = Tally::default();
+        let before = format!("ulimit -v {AMPLE_KIB};");
+        for (name, line, _) in INPUTS {
+            let word = damaged(line)?;
+            let place = self.folder.join(word);
+            for (kind, make) in NO_FILES {
+                let removed = std::fs::remove_file(&place).or_else(|_| std::fs::remove_dir(&place));
+                drop(removed);
+                let made =
+                    Command::new("sh").current_dir(&self.folder).args(["-c", &format!("{make} {word}")]);
+                ensure!(made.status()?.success(), "{make} {word}");
+                self.restore(&[])?;
+                let ended = self.run(&before, line)?;
+                let is_refused = ended.status.code() == Some(2);
+                let wrong = ended.fault(false).or((!is_refused).then(|| "it is read".to_owned()));
+                tally.count(false, wrong.map(|wrong| format!("{kind} as {name}: {wrong}")));
+            }
+            std::fs::remove_file(&place)?;
+        }
+        Ok(tally)
+    }
+
     /// Damaged inputs of every kind.
     pub(super) fn damage(&self, damage: Damage, random: &mut Random, copies: usize) -> Result<Tally> {
         let mut tally = Tally::default();
         let before = format!("ulimit -v {AMPLE_KIB};");
         for (name, line, has_digest) in INPUTS {
             let good = std::fs::read(self.folder.join(name))?;
-            let word =
-                line.split(' ').find(|word| word.starts_with("damaged.")).context("a damaged input")?;
+            let word = damaged(line)?;
             let place = self.folder.join(word);
             std::fs::write(&place, &good)?;
             self.restore(&[])?;
@@ -253,6 +324,12 @@ impl<'a> Ground<'a> {
         }
         Ok(tally)
     }
+}
+
+/// The name of the damaged input in a command line.
+fn damaged(line: &str) -> Result<&str> {
+    let words = line.split([' ', '=']);
+    words.into_iter().find(|word| word.starts_with("damaged.")).context("a damaged input")
 }
 
 /// Flips a bit.

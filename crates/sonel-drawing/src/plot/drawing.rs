@@ -16,6 +16,7 @@ use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint};
 use plotters::prelude::*;
 use plotters::style::register_font;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use sonel_analysis::shown::shown;
 use thiserror::Error;
 
 use super::Sheet;
@@ -71,7 +72,7 @@ pub fn svg(sheet: &Sheet, out: &mut dyn Write) -> Result<(), PlotError> {
     draw(&layout, SVGBackend::with_string(&mut text, fine).into_drawing_area()).map_err(failed)?;
     let drawn = format!("<svg width=\"{}\" height=\"{}\"", fine.0, fine.1);
     let claimed = format!("<!-- {SOFTWARE} -->\n<svg width=\"{}\" height=\"{}\"", size.0, size.1);
-    out.write_all(text.replacen(&drawn, &claimed, 1).as_bytes())?;
+    out.write_all(shown(&text.replacen(&drawn, &claimed, 1)).as_bytes())?;
     Ok(())
 }
 

@@ -14,6 +14,7 @@ use glam::{DMat3, DMat4, DVec3, dvec3};
 
 use super::collector::Collector;
 use super::right_angled;
+use crate::notation::text_of;
 use crate::obj::{FileTerms, Polygons};
 use crate::problem::LineProblem;
 
@@ -84,7 +85,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
         let message = "binary DXF is not read: save as text (ASCII) DXF";
         return Err(vec![LineProblem::new(0, message)]);
     }
-    let text = String::from_utf8_lossy(bytes);
+    let text = text_of(bytes);
     let drawing = Drawing::parse(&text).map_err(|problem| vec![problem])?;
     let terms = FileTerms { word: "layer", unit: drawing.unit, ..FileTerms::default() };
     let mut writer =
@@ -153,7 +154,7 @@ impl Drawing {
 /// Splits a file at the group code 0. The variables of the header, which have code 9, become a record of kind `HEADER`.
 fn records(text: &str) -> Result<Vec<Entity>, LineProblem> {
     let mut records: Vec<Entity> = Vec::new();
-    let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
+    let mut lines = text.lines().enumerate();
     while let Some((index, line)) = lines.next() {
         let Ok(code) = line.trim().parse::<i64>() else {
             let word: String = line.trim().chars().take(20).collect();

@@ -76,7 +76,7 @@ fn buffers(
     open: Open<'_>,
 ) -> Result<Vec<Vec<u8>>, String> {
     let mut blob = blob;
-    let folder = path.rfind(['/', '\\']).map_or("", |at| &path[..=at]);
+    let folder = path.rfind(['/', '\\']).map_or("./", |at| &path[..=at]);
     let read = |buffer: gltf::Buffer<'_>| match buffer.source() {
         gltf::buffer::Source::Bin => blob.take().ok_or_else(|| "the binary part is missing".to_owned()),
         gltf::buffer::Source::Uri(uri) if uri.starts_with("data:") => {
@@ -84,17 +84,28 @@ fn buffers(
             STANDARD.decode(data).map_err(|error| format!("a buffer is not base64 data: {error}"))
         }
         gltf::buffer::Source::Uri(uri) => {
-            let name = uri.replace("%20", " ");
+            let name = decoded(uri);
             if !is_beside(&name) {
                 return Err(format!("its buffer `{name}` is not beside or below the file: keep it there"));
             }
-            let beside = format!("{folder}{name}");
-            open(&beside).map_err(|error| {
-                format!("cannot read its buffer `{beside}`: {error}; keep it beside the file")
+            open(&format!("{folder}./{name}")).map_err(|error| {
+                format!("cannot read its buffer `{folder}{name}`: {error}; keep it beside the file")
             })
         }
     };
     document.buffers().map(read).collect()
+}
+
+/// A name of a URI with the bytes of its escapes, such as `%C3%A4`; as it is if they are no UTF-8.
+fn decoded(uri: &str) -> String {
+    let (mut bytes, mut rest) = (Vec::new(), uri.as_bytes());
+    while let [first, tail @ ..] = rest {
+        let digit = |at: usize| char::from(*tail.get(at)?).to_digit(16).filter(|_| *first == b'%');
+        let escaped = digit(0).zip(digit(1)).map(|(high, low)| (16 * high + low) as u8);
+        bytes.push(escaped.unwrap_or(*first));
+        rest = if escaped.is_some() { &tail[2..] } else { tail };
+    }
+    String::from_utf8(bytes).unwrap_or_else(|_| uri.to_owned())
 }
 
 /// Whether a path stays in the folder that it begins in, on every platform.

@@ -18,7 +18,8 @@ use crate::problem::LineProblem;
 
 pub(crate) use collector::Collector;
 
-/// Opens a file by its path relative to the scene file.
+/// Opens a file by its path relative to the scene file. If a mesh names the file and not the scene, `/./` stands behind the folder of the mesh, which
+/// no link may lead out of.
 pub(crate) type Open<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
 
 /// Formats of programs that can export one of ours.

@@ -9,6 +9,7 @@ use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
 use super::collector::Collector;
 use super::color_name;
+use crate::notation::text_of;
 use crate::obj::{FileTerms, NAMELESS, Polygons};
 use crate::problem::LineProblem;
 
@@ -74,10 +75,10 @@ fn list(property: Property) -> Option<Vec<i64>> {
     })
 }
 
-/// Bytes of UTF-8, up to a zero.
+/// Bytes of a text, up to a zero.
 fn text(bytes: &[i64]) -> String {
     let bytes: Vec<u8> = bytes.iter().map(|byte| *byte as u8).take_while(|byte| *byte != 0).collect();
-    String::from_utf8_lossy(&bytes).into_owned()
+    text_of(&bytes).into_owned()
 }
 
 fn in_one_line(message: &str) -> String {

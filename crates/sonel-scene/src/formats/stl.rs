@@ -10,6 +10,7 @@ use glam::{DVec3, dvec3};
 
 use super::collector::Collector;
 use super::{color_name, float};
+use crate::notation::text_of;
 use crate::obj::{FileTerms, NAMELESS, Polygons};
 use crate::problem::LineProblem;
 
@@ -28,7 +29,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
         bytes.trim_ascii_start().get(..5).is_some_and(|begin| begin.eq_ignore_ascii_case(b"solid"));
     // Some programs begin binary files with the same word; numbers hold zero bytes.
     if begins_as_text && !bytes.iter().take(1024).any(|&byte| byte == 0) {
-        return read_text(&String::from_utf8_lossy(bytes));
+        return read_text(&text_of(bytes));
     }
     let message = match count {
         Some(count) => {

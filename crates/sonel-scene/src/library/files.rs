@@ -11,6 +11,7 @@ use std::collections::HashMap;
 use serde_json::{Map, Value};
 
 use super::{FIRST_OCTAVE_HZ, LibraryEntry, Octaves, octave};
+use crate::notation::text_of;
 use crate::problem::LineProblem;
 
 type Problems = Vec<LineProblem>;
@@ -20,7 +21,7 @@ type Problems = Vec<LineProblem>;
 /// # Errors
 /// Every problem with its line; 0 where the file knows no lines.
 pub(crate) fn read(path: &str, bytes: &[u8]) -> Result<Vec<LibraryEntry>, Problems> {
-    let text = String::from_utf8_lossy(bytes);
+    let text = text_of(bytes);
     let lower = path.to_lowercase();
     let (entries, mut problems) = if lower.ends_with(".json") {
         read_pyroomacoustics(&text)
@@ -131,9 +132,7 @@ fn catt_value(
 fn read_odeon(text: &str) -> (Vec<LibraryEntry>, Problems) {
     let (mut entries, mut problems): (Vec<LibraryEntry>, Problems) = Default::default();
     let mut title: Option<(usize, String)> = None;
-    for (number, line) in
-        text.trim_start_matches('\u{feff}').lines().enumerate().map(|(at, line)| (at + 1, line))
-    {
+    for (number, line) in text.lines().enumerate().map(|(at, line)| (at + 1, line)) {
         if line.trim().is_empty() {
             continue;
         }

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use crate::notation::text_of;
 use crate::problem::LineProblem;
 
 /// The name of surfaces in a file that names nothing.
@@ -49,9 +50,9 @@ const FREE_FORM: [&str; 9] = ["vp", "cstype", "deg", "bmat", "step", "curv", "cu
 /// The rest of them, and display attributes of curves.
 const FREE_FORM_BODY: [&str; 9] = ["trim", "hole", "scrv", "sp", "end", "con", "mg", "bevel", "stech"];
 
-/// Scans a whole file; bytes that are no UTF-8 are replaced, they can only stand in names and comments.
+/// Scans a whole file.
 pub(crate) fn scan(bytes: &[u8]) -> Scan {
-    let text = String::from_utf8_lossy(bytes);
+    let text = text_of(bytes);
     let mut scanner = Scanner::default();
     let mut lines = text.lines().enumerate();
     while let Some((index, line)) = lines.next() {
@@ -68,7 +69,7 @@ pub(crate) fn scan(bytes: &[u8]) -> Scan {
 }
 
 fn without_comment(line: &str) -> &str {
-    line.trim_start_matches('\u{feff}').split('#').next().unwrap_or("")
+    line.split('#').next().unwrap_or("")
 }
 
 #[derive(Default)]

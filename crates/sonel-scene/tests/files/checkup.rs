@@ -316,7 +316,7 @@ fn drafts_are_scenes_in_every_format() {
     let obj = ("named.obj", meshes::obj(&triangles));
     for (name, bytes) in meshes::files(&room()).into_iter().chain([obj]) {
         let mut open = |path: &str| -> io::Result<Vec<u8>> {
-            Ok(if path == "room data.bin" {
+            Ok(if path == "././room data.bin" {
                 meshes::gltf_buffer(&meshes::nameless(&room()))
             } else {
                 bytes.clone()

@@ -19,7 +19,7 @@ fn scene(mesh: &str, keys: &str) -> String {
 
 fn load_with(name: &str, keys: &str, bytes: &[u8]) -> Result<Loaded, SceneErrors> {
     load(&scene(name, keys), "scene.toml", &mut |path| match path {
-        "room data.bin" => Ok(meshes::gltf_buffer(&room())),
+        "././room data.bin" => Ok(meshes::gltf_buffer(&room())),
         _ if path == name => Ok(bytes.to_vec()),
         _ => Err(io::ErrorKind::NotFound.into()),
     })
@@ -50,7 +50,7 @@ fn the_same_room_is_the_same_scene_in_every_format() {
         assert_eq!(files.len(), count);
         let by_name = |(name, bytes): &(&str, Vec<u8>)| {
             load(&scene(name, ""), "scene.toml", &mut |path| match path {
-                "room data.bin" => Ok(meshes::gltf_buffer(&triangles)),
+                "././room data.bin" => Ok(meshes::gltf_buffer(&triangles)),
                 _ => Ok(bytes.clone()),
             })
             .unwrap_or_else(|errors| panic!("{name}: {errors}"))
@@ -156,6 +156,38 @@ fn buffers_of_gltf_files_are_beside_them() {
         let said = refused("a.gltf", gltf.as_bytes());
         assert!(said.contains("is not beside or below the file"), "{uri}: {said}");
     }
+}
+
+/// Escapes of a URI are bytes of UTF-8; what is none stays. A link may lead nowhere else than where `/./` says.
+#[test]
+fn buffers_of_gltf_files_are_found_by_their_uri() {
+    for (uri, expected) in [
+        ("h%C3%A4ll.bin", "parts/./häll.bin"),
+        ("häll.bin", "parts/./häll.bin"),
+        ("sub%2Fa%20b.bin", "parts/./sub/a b.bin"),
+        ("50%.bin", "parts/./50%.bin"),
+        ("%FF%zz%4.bin", "parts/./%FF%zz%4.bin"),
+    ] {
+        let gltf = String::from_utf8(meshes::gltf(&room(), false)).unwrap().replace("room%20data.bin", uri);
+        let found = load(&scene("parts/a.gltf", ""), "scene.toml", &mut |path| match path {
+            "parts/a.gltf" => Ok(gltf.clone().into_bytes()),
+            _ if path == expected => Ok(meshes::gltf_buffer(&room())),
+            _ => Err(io::ErrorKind::NotFound.into()),
+        });
+        assert!(found.is_ok(), "{uri}: {found:?}");
+    }
+}
+
+/// Names of older files of Windows are Latin-1; a byte order mark is no part of a name.
+#[test]
+fn names_in_latin_1_and_after_a_mark_are_read() {
+    let obj = String::from_utf8(meshes::obj(&room())).unwrap().replace("walls", "Wände");
+    let latin_1: Vec<u8> = obj.chars().map(|letter| u8::try_from(u32::from(letter)).unwrap()).collect();
+    let marked = [b"\xef\xbb\xbf", obj.as_bytes()].concat();
+    let scene = scene("a.obj", "").replace("walls.", "\"Wände\".");
+    let of = |bytes: &[u8]| load(&scene, "scene.toml", &mut |_| Ok(bytes.to_vec())).expect("a scene").scene;
+    let expected = of(obj.as_bytes());
+    assert!([latin_1, marked].iter().all(|bytes| is_same(&of(bytes), &expected)));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use glam::{DVec3, dvec3};
 use sonel_echogram::Response;
-use sonel_sound::{Listener, Path, SoundSettings, Synthesizer, Waypoint, convolve, walk};
+use sonel_sound::{Listener, Path, SoundError, SoundSettings, Synthesizer, Waypoint, convolve, walk};
 
 use crate::{OCTAVES, PLACE, ROOM, SPEED, response};
 
@@ -32,10 +32,21 @@ fn along(path: &Path, with_direct: bool, with_late: bool) -> Response {
 }
 
 fn heard(response: &Response, path: &Path, signal: &[f32]) -> Vec<f64> {
-    let mut channels =
-        walk(response, SLOW, 0, (path, SPACING), Listener::Point, signal, &|| ControlFlow::Continue(()))
-            .expect("a walk");
-    channels.remove(0).into_iter().map(f64::from).collect()
+    let mut heard = Vec::new();
+    walk(
+        response,
+        SLOW,
+        (0, path, SPACING),
+        Listener::Point,
+        signal,
+        &|| ControlFlow::Continue(()),
+        |_, section| {
+            heard.extend(section[0].iter().map(|sample| f64::from(*sample)));
+            Ok::<(), SoundError>(())
+        },
+    )
+    .expect("a walk");
+    heard
 }
 
 fn tone(frequency: f64, seconds: f64) -> Vec<f32> {
@@ -165,23 +176,48 @@ fn late_sound_keeps_its_energy() {
     }
 }
 
+/// A recording of 17 s is made in two sections. A click within the first sounds like one before its end.
+#[test]
+fn what_is_heard_does_not_know_the_sections() {
+    let path = line(PLACE, PLACE, 1.0);
+    let response = along(&path, true, true);
+    let places = [16_000, 262_144 - 1000];
+    let mut signal = vec![0.0; 17 * RATE as usize];
+    places.iter().for_each(|place| signal[*place] = 1.0);
+    let found = heard(&response, &path, &signal);
+    let first = &found[places[0]..places[0] + 2000];
+    let largest = first.iter().fold(0.0_f64, |most, sample| most.max(sample.abs()));
+    assert!(largest > 0.01, "{largest}");
+    for place in places {
+        let after = &found[place..place + 2000];
+        assert!(after.iter().zip(first).all(|(a, b)| (a - b).abs() < 1e-5 * largest), "{place}");
+    }
+    let alone = heard(&response, &path, &signal[..places[0] + 1]);
+    assert_eq!(found.len() - signal.len(), alone.len() - places[0] - 1);
+}
+
 #[test]
 fn walks_that_cannot_be_are_named() {
     let path = line(dvec3(-1.1, 0.0, 0.0), dvec3(1.4, 0.0, 0.0), 1.0);
     let response = along(&path, true, false);
     let walked = |path: &Path, listener: Listener<'_>| {
-        walk(&response, SLOW, 0, (path, SPACING), listener, &[1.0; 100], &|| ControlFlow::Continue(()))
-            .unwrap_err()
-            .to_string()
+        let nowhere = |_, _| Ok::<(), SoundError>(());
+        walk(
+            &response,
+            SLOW,
+            (0, path, SPACING),
+            listener,
+            &[1.0; 100],
+            &|| ControlFlow::Continue(()),
+            nowhere,
+        )
+        .unwrap_err()
+        .to_string()
     };
     let still = line(PLACE, PLACE, 1.0);
     assert!(walked(&still, Listener::Point).contains("6 receivers, the path has 1 places"));
     assert!(walked(&path, Listener::Ambisonics(1, DVec3::Z)).contains("`directions`"));
     assert!(walked(&path, Listener::Array(&[])).contains("no microphones"));
-    let through = walk(&response, SLOW, 0, (&path, SPACING), Listener::Point, &[1.0; 100], &|| {
-        ControlFlow::Continue(())
-    })
-    .unwrap_err()
-    .to_string();
+    let through = walked(&path, Listener::Point);
     assert!(through.contains("less than 1 cm from a source"), "{through}");
 }

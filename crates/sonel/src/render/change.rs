@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -13,6 +12,7 @@ use sonel_scene::{
 
 use crate::coefficients::{self, Coefficients, MaterialKey};
 use crate::error::At;
+use crate::file;
 use crate::names::place;
 use crate::{Error, ParseError, Result};
 
@@ -67,7 +67,7 @@ impl Change {
             let entries = value.split(',').map(|entry| entry.trim().trim_matches('"').to_owned());
             return Ok(Self::Library(material.to_owned(), entries.collect()));
         }
-        match path(name)? {
+        match subject(name)? {
             (material, Some(key)) => {
                 let values = coefficients::parse(value);
                 let values = values.ok_or_else(|| wrong(&format!("{name}={value}")))?;
@@ -82,7 +82,7 @@ impl Change {
     /// # Errors
     /// Another name or value.
     pub fn of(name: &str, values: Coefficients) -> Result<Self, ParseError> {
-        match path(name)? {
+        match subject(name)? {
             (material, Some(key)) => Ok(Self::Coefficient(material, key, values)),
             _ => Err(wrong(name)),
         }
@@ -120,7 +120,7 @@ fn borrower(name: &str) -> Option<&str> {
 }
 
 /// The name of a material with a key, or that of a source.
-fn path(text: &str) -> Result<(String, Option<MaterialKey>), ParseError> {
+fn subject(text: &str) -> Result<(String, Option<MaterialKey>), ParseError> {
     let parts =
         text.trim().split_once('.').and_then(|(section, rest)| Some((section, rest.rsplit_once('.')?)));
     let known: Vec<&str> = MaterialKey::ALL.iter().map(|key| key.name()).collect();
@@ -140,16 +140,16 @@ fn path(text: &str) -> Result<(String, Option<MaterialKey>), ParseError> {
 pub(super) fn changed(
     scene: &Scene,
     variant: Option<&str>,
-    file: Option<&Path>,
+    path: Option<&Path>,
     changes: &[Change],
 ) -> Result<(Vec<Material>, Vec<Source>)> {
     let mut materials = match variant {
         Some(name) => scene.design(name).ok_or_else(|| no_variant(name, scene))?,
         None => scene.materials.clone(),
     };
-    if let Some(file) = file {
-        let label = file.display().to_string();
-        let text = fs::read_to_string(file).at(|| format!("cannot read the materials {label}"))?;
+    if let Some(path) = path {
+        let label = path.display().to_string();
+        let text = file::read_to_string(path).at(|| format!("cannot read the materials {label}"))?;
         for other in load_materials(&text, &label, &scene.bands)? {
             let own = find(&mut materials, &other.name, |material| &material.name, "material");
             *own.at(|| label.clone())? = other;
@@ -227,7 +227,7 @@ fn directivity(value: &str, source: &Source, scene: &Scene) -> Result<Directivit
         let pattern = value.parse::<Pattern>().map_err(|unknown| Error::refused(unknown.to_string()))?;
         return Ok(pattern.into());
     }
-    let bytes = fs::read(value).at(|| format!("cannot read {value}"))?;
+    let bytes = file::read(Path::new(value)).at(|| format!("cannot read {value}"))?;
     let (balloon, _) = load_balloon(value, &bytes, &scene.bands)?;
     let up = match &source.directivity {
         Directivity::Measured { up, .. } => *up,

@@ -23,6 +23,8 @@ use crate::study::job::directivity;
 
 /// By how much an absorption is raised: small beside what bends a parameter, large beside rounding.
 const STEP: f64 = 1e-3;
+/// Smaller uncertainties change nothing that is stated.
+const LEAST: f64 = 1e-9;
 /// Standard uncertainties that make sense: an absorption lies between 0 and 1.
 const RANGE: RangeInclusive<f64> = 0.0..=0.5;
 
@@ -257,7 +259,7 @@ impl Step {
 fn steps(uncertainties: &[Vec<f64>], materials: &[Material]) -> Vec<Step> {
     let of = |(index, uncertainty): (usize, &Vec<f64>)| {
         let most = uncertainty.iter().fold(0.0_f64, |most, u| most.max(*u));
-        if most <= 0.0 {
+        if most < LEAST {
             return None;
         }
         let share = STEP / most;

@@ -96,7 +96,7 @@ impl FromStr for Criterion {
             let singles = Parameter::EVERY.map(Single::Of).into_iter().chain(Single::OF_SEVERAL);
             let names: Vec<&str> = singles.map(Single::short_name).collect();
             ParseError(format!(
-                "\"{text}\" is not a criterion: write t30=0.6s±20%@250-2000, c50>=2dB, t20<=0.8s@500,1000, sti>=0.6 or la<=35dB (+- for ±; of {}; units s, ms, dB, %; sti and la have no bands), or one of {}",
+                "\"{text}\" is not a criterion: write t30=0.6s±20%@250-2000, c50>=2dB, t20<=0.8s@500,1000, sti>=0.6 or la<=35dB (+- for ±; of {}; units s, ms, dB, %, all but dB 0 or more; sti and la have no bands), or one of {}",
                 names.join(", "),
                 words.join(", ")
             ))
@@ -275,15 +275,20 @@ fn stated(text: &str) -> Option<(Single, Range)> {
 /// A number with its unit, in the unit of the quantity.
 fn number(text: &str, quantity: Single) -> Option<f64> {
     let text = text.trim();
-    let units: &[(&str, f64)] = match quantity.heading().1 {
-        "s" | "ms" => &[("ms", 1e-3), ("s", 1.0)],
-        "%" => &[("%", 1e-2)],
-        "" => &[("", 1.0)],
-        _ => &[("dB(A)", 1.0), ("dB", 1.0)],
+    let (units, least): (&[(&str, f64)], f64) = match quantity.heading().1 {
+        "s" | "ms" => (&[("ms", 1e-3), ("s", 1.0)], 0.0),
+        "%" => (&[("%", 1e-2)], 0.0),
+        "" => (&[("", 1.0)], 0.0),
+        _ => (&[("dB(A)", 1.0), ("dB", 1.0)], f64::NEG_INFINITY),
     };
     let (number, factor) =
         units.iter().find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, *factor)))?;
-    number.trim().parse::<f64>().ok().filter(|number| number.is_finite()).map(|number| number * factor)
+    number
+        .trim()
+        .parse::<f64>()
+        .ok()
+        .filter(|number| number.is_finite() && *number >= least)
+        .map(|number| number * factor)
 }
 
 fn bands(text: &str) -> Option<Bands> {
@@ -370,6 +375,7 @@ mod tests {
         near(range("ts=80ms+-10ms@500,1000", 1000.0, 1.0), [0.07, 0.09]);
         assert_eq!(range("t30=0.6s±20%@250-2000", 125.0, 1.0), None);
         assert_eq!(range("c50>=2dB", 63.0, 1.0), Some([2.0, f64::INFINITY]));
+        assert_eq!(range("c50>=-2dB", 63.0, 1.0), Some([-2.0, f64::INFINITY]));
         near(range("d50=70%±5%", 63.0, 1.0), [0.65, 0.75]);
         near(range("lf>=15%", 63.0, 1.0).map(|[low, _]| [low, 1.0]), [0.15, 1.0]);
         for (text, quantity, wanted) in
@@ -386,9 +392,20 @@ mod tests {
         assert!(Parameter::EVERY.iter().all(|parameter| {
             format!("{}>=1{}", parameter.short_name(), parameter.heading().1).parse::<Criterion>().is_ok()
         }));
-        for wrong in
-            ["t30=0.6", "t30=0.6s", "rt60<=1s", "t30<=1dB", "t30<=1s@x", "din", "sti>=0.6@500", "sti>=60%"]
-        {
+        for wrong in [
+            "t30=0.6",
+            "t30=0.6s",
+            "rt60<=1s",
+            "t30<=1dB",
+            "t30<=1s@x",
+            "din",
+            "sti>=0.6@500",
+            "sti>=60%",
+            "t30<=-1s",
+            "d50=-5%±1%",
+            "sti>=-0.1",
+            "c80>=infdB",
+        ] {
             assert!(wrong.parse::<Criterion>().unwrap_err().0.contains("din18041-a3"), "{wrong}");
         }
     }

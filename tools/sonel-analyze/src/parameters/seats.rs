@@ -37,6 +37,13 @@ impl Counts {
     }
 }
 
+impl Share {
+    /// Whether a receiver fails the target.
+    pub(super) fn has_failed(&self) -> bool {
+        self.bands.as_ref().is_ok_and(|bands| bands.iter().any(|counts| counts.fail > 0))
+    }
+}
+
 /// Every target at the receivers of every source.
 pub(super) fn shares(
     targets: &[Criterion],

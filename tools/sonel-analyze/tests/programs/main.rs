@@ -1,5 +1,6 @@
 //! The program from outside: what it prints, its exit codes, and what it says of bad files.
 
+mod broken_streams;
 mod commands;
 mod diff;
 mod export;
