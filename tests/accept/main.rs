@@ -30,6 +30,7 @@ mod walk;
 #[path = "../physics/watertight.rs"]
 mod watertight;
 mod what_if;
+mod widths;
 mod windows;
 
 /// Which form of the hard cases this binary runs.

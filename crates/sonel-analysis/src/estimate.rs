@@ -241,11 +241,11 @@ pub enum Unsupported {
     #[error("no energy arrives after the direct sound")]
     NoReverberation,
     /// A steady or rising echogram.
-    #[error("the echogram does not decay towards its end: simulate a longer duration")]
+    #[error("the echogram does not decay towards its end: simulate or record a longer duration")]
     NotDecaying,
     /// The tail would be extrapolation.
     #[error(
-        "the echogram holds only {reached_db:.1} dB of the decay, 10 dB are needed: set duration_s to {needed_s:.2} or more"
+        "the echogram holds only {reached_db:.1} dB of the decay, 10 dB are needed: set duration_s to {needed_s:.2} or more, or record as many seconds"
     )]
     RecordTooShort {
         /// [dB].
@@ -277,7 +277,7 @@ pub enum Unsupported {
     },
     /// The evaluation range is not covered.
     #[error(
-        "the decay reaches only {reached_db:.1} dB, {needed_db:.0} dB are needed: set duration_s to {needed_s:.2} or more"
+        "the decay reaches only {reached_db:.1} dB, {needed_db:.0} dB are needed: set duration_s to {needed_s:.2} or more, or record as many seconds"
     )]
     RangeNotReached {
         /// [dB], negative.
@@ -315,7 +315,9 @@ pub enum Unsupported {
     )]
     SingleBin,
     /// The limit between early and late lies outside the record.
-    #[error("the echogram ends before {limit_ms:.0} ms after the direct sound: simulate a longer duration")]
+    #[error(
+        "the echogram ends before {limit_ms:.0} ms after the direct sound: simulate or record a longer duration"
+    )]
     LimitOutside {
         /// [ms].
         limit_ms: f64,
@@ -404,9 +406,6 @@ pub enum Unsupported {
         /// Names of the bands.
         missing: String,
     },
-    /// Speech needs whole octaves.
-    #[error("speech needs octave bands; the response has narrower ones")]
-    NotOctaves,
     /// One of the octaves of speech has no modulation transfer.
     #[error("at {center_frequency_hz} Hz: {reason}")]
     Band {

@@ -9,6 +9,8 @@
 
 use std::f64::consts::TAU;
 
+use sonel_echogram::provenance::SystemSource;
+
 use crate::decay::DecayCurve;
 use crate::octave;
 
@@ -39,15 +41,23 @@ pub struct Talk {
 }
 
 impl Talk {
-    /// By how much speech is louder than a source of `power_level_db` in bands of these `frequencies` [Hz], in every octave of speech [dB].
+    /// By how much speech is louder than a source of `power_level_db` in bands of these `frequencies` [Hz], in every octave of speech [dB]. Each
+    /// source of a `system` radiates the speech with its own gain.
     #[must_use]
-    pub fn more_than(&self, frequencies: &[f64], power_level_db: &[f64]) -> [f64; 7] {
+    pub fn more_than(
+        &self,
+        frequencies: &[f64],
+        power_level_db: &[f64],
+        system: &[SystemSource],
+    ) -> [f64; 7] {
+        let gains: Vec<f64> = system.iter().map(|source| source.gain_db).collect();
+        let gain = if gains.is_empty() { 0.0 } else { octave::sum_db(&gains) };
         std::array::from_fn(|k| {
             let bands = octave::bands_of(SPEECH_OCTAVES[k], frequencies);
             let power = bands.map(|bands| {
                 octave::sum_db(&bands.iter().map(|&band| power_level_db[band]).collect::<Vec<_>>())
             });
-            power.zip(self.power_level_db).map_or(0.0, |(power, speech)| speech[k] - power)
+            power.zip(self.power_level_db).map_or(0.0, |(power, speech)| speech[k] + gain - power)
         })
     }
 }
@@ -110,6 +120,14 @@ impl Phasors {
         }
     }
 
+    /// Adds `times` the numbers of `other`.
+    fn add(&mut self, other: &Self, times: f64) {
+        for k in 0..COUNT {
+            self.re[k] += times * other.re[k];
+            self.im[k] += times * other.im[k];
+        }
+    }
+
     /// Adds energy that is spread evenly over `width` [s] about the middle of the time [s]: its centre, less what a short bin blurs.
     fn add_even(&mut self, energy: f64, middle: f64, width: f64) {
         let centre = Self::at(middle);
@@ -139,30 +157,36 @@ impl Borders {
     }
 }
 
-/// Modulation transfer m at each of [`MODULATION_FREQUENCIES`], 0 … 1.
+/// Modulation transfer m at each of [`MODULATION_FREQUENCIES`], 0 … 1, of bands with their energies: what is received in an octave, or its
+/// thirds, whose echograms are summed by energy.
 #[must_use]
-pub fn modulation_transfers(curve: &DecayCurve, borders: &mut Borders) -> [f64; COUNT] {
-    let phasors = borders.of(curve);
-    let mut sum = Phasors::ZERO;
-    for (piece, at) in curve.pieces().zip(phasors.windows(2)) {
-        match piece.rate() {
-            Some(rate) if rate > 0.0 => {
-                sum.add_exponential(piece.before, &at[0], piece.after, &at[1], rate);
+pub fn modulation_transfers(bands: &[(&DecayCurve, f64)], borders: &mut Borders) -> [f64; COUNT] {
+    let mut all = Phasors::ZERO;
+    for &(curve, energy) in bands {
+        let phasors = borders.of(curve);
+        let mut sum = Phasors::ZERO;
+        for (piece, at) in curve.pieces().zip(phasors.windows(2)) {
+            match piece.rate() {
+                Some(rate) if rate > 0.0 => {
+                    sum.add_exponential(piece.before, &at[0], piece.after, &at[1], rate);
+                }
+                Some(_) => {}
+                None => sum.add_even(piece.before, 0.5 * (piece.begin + piece.end), piece.width()),
             }
-            Some(_) => {}
-            None => sum.add_even(piece.before, 0.5 * (piece.begin + piece.end), piece.width()),
         }
+        let (tail, end) = (curve.tail(), phasors.last().copied().unwrap_or(Phasors::at(0.0)));
+        sum.add_exponential(tail.energy, &end, 0.0, &end, tail.rate);
+        all.add(&sum, energy / curve.total());
     }
-    let (tail, end) = (curve.tail(), phasors.last().copied().unwrap_or(Phasors::at(0.0)));
-    sum.add_exponential(tail.energy, &end, 0.0, &end, tail.rate);
-    std::array::from_fn(|k| (libm::hypot(sum.re[k], sum.im[k]) / curve.total()).min(1.0))
+    let energy: f64 = bands.iter().map(|(_, energy)| energy).sum();
+    std::array::from_fn(|k| (libm::hypot(all.re[k], all.im[k]) / energy).min(1.0))
 }
 
-/// Modulation transfer index of one octave, the mean transmission index over the modulation frequencies, 0 … 1; `share` of the modulation is
-/// left by noise and hearing.
+/// Modulation transfer index of the `bands` of one octave, the mean transmission index over the modulation frequencies, 0 … 1; `share` of the
+/// modulation is left by noise and hearing.
 #[must_use]
-pub fn transfer_index(curve: &DecayCurve, borders: &mut Borders, share: f64) -> f64 {
-    let transfers = modulation_transfers(curve, borders);
+pub fn transfer_index(bands: &[(&DecayCurve, f64)], borders: &mut Borders, share: f64) -> f64 {
+    let transfers = modulation_transfers(bands, borders);
     transfers.iter().map(|transfer| transmission_index(share * transfer)).sum::<f64>() / COUNT as f64
 }
 
@@ -236,7 +260,7 @@ mod tests {
         let curve =
             DecayCurve::new(Echogram { edges: &edges, energy: &energy, direct_time: 0.0, arrivals: &[] })
                 .unwrap();
-        let found = modulation_transfers(&curve, &mut Borders::default());
+        let found = modulation_transfers(&[(&curve, 1.0)], &mut Borders::default());
         for (frequency, found) in MODULATION_FREQUENCIES.into_iter().zip(found) {
             let expected = libm::fabs(libm::cos(std::f64::consts::PI * frequency * 0.1));
             // The arrivals lie anywhere within their bins of 0.1 ms.

@@ -65,7 +65,7 @@ pub struct Place {
 pub fn line(response: &Response, s: usize, receivers: &[usize], talk: &Talk) -> Line {
     let bands = response.bands();
     let power = &response.source_power_level_db[s * bands..(s + 1) * bands];
-    let more = talk.more_than(&response.center_frequency_hz, power);
+    let more = talk.more_than(&response.center_frequency_hz, power, &[]);
     let parameters = parameters_of(response, Some(talk));
     let mut places: Vec<Place> =
         receivers.iter().map(|r| place(&parameters[s * response.receivers() + r], more)).collect();

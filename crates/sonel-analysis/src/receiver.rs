@@ -8,6 +8,7 @@ use std::cell::RefCell;
 use rayon::prelude::*;
 use sonel_acoustics::just_noticeable as noticeable;
 use sonel_acoustics::noise;
+use sonel_echogram::provenance::SystemSource;
 use sonel_echogram::{ArrivalKind, Response};
 
 use crate::batches::{self, Parts};
@@ -244,8 +245,9 @@ fn at_receiver(
     let on_stage = support::is_defined(squares.sum::<f64>().sqrt());
     let count = response.bands();
     let power = &response.source_power_level_db[s * count..(s + 1) * count];
-    let more = talk.map(|talk| talk.more_than(&response.center_frequency_hz, power));
-    let has_direct = !response.provenance.together.is_empty();
+    let system = &response.provenance.together;
+    let more = talk.map(|talk| talk.more_than(&response.center_frequency_hz, power, system));
+    let has_direct = !system.is_empty();
     let measured = response.provenance.measured.as_ref();
     let found: Vec<BandParameters> = bands
         .par_iter()
@@ -296,7 +298,8 @@ fn at_receiver(
         source_position,
         name: response.receiver_names[r].clone(),
         position,
-        speech_transmission_index: speech(&response.center_frequency_hz, &bands, talk.zip(more)),
+        speech_transmission_index: speech(&response.center_frequency_hz, &bands, power, talk.zip(more))
+            .map(|index| index.warned(of_different_talkers(system))),
         a_weighted_level_db: derived(
             |levels| noise::a_weighted_db(&response.center_frequency_hz, levels),
             levels,
@@ -305,6 +308,14 @@ fn at_receiver(
         in_noise: talk.zip(more).map(|(talk, more)| SpeechInNoise::of(&found, talk, more)),
         bands: found,
     }
+}
+
+/// A warning where the sources of a `system` may radiate different speech: none of them has a gain or delay, as loudspeakers have.
+fn of_different_talkers(system: &[SystemSource]) -> Option<String> {
+    let is_changed = |source: &SystemSource| source.gain_db.abs() + source.delay_s > 0.0;
+    (system.len() > 1 && !system.iter().any(is_changed)).then(|| {
+        "all sources are taken to radiate the same speech, as loudspeakers do: for different talkers read each source alone".to_owned()
+    })
 }
 
 /// Noise must be so far below the part of a decay that is evaluated [dB] [ISO3382-1].
@@ -445,20 +456,19 @@ fn parameter_of(
     batches::estimate(read(&fine), parts.as_deref().map_err(|reason| *reason), read)
 }
 
-fn speech(frequencies: &[f64], bands: &[Band], talk: Option<(&Talk, [f64; 7])>) -> ParameterValue {
+fn speech(
+    frequencies: &[f64],
+    bands: &[Band],
+    power: &[f64],
+    talk: Option<(&Talk, [f64; 7])>,
+) -> ParameterValue {
     let borders = RefCell::new(Borders::default());
-    let speech_index = |values: &[&Values]| speech_index(values, &mut borders.borrow_mut(), talk);
-    let bands = speech_bands(frequencies, bands)?;
-    let estimate = parameter_of(&bands, speech_index)?;
-    refused_or_widened(estimate, &bands, noticeable::SPEECH_TRANSMISSION_INDEX, speech_index)
-}
-
-fn speech_bands<'a>(frequencies: &[f64], bands: &'a [Band]) -> Result<Vec<&'a Reading>, Unsupported> {
-    let single = |octave: &Vec<usize>| match octave[..] {
-        [band] => Ok(&bands[band].all),
-        _ => Err(Unsupported::NotOctaves),
-    };
-    speech_octaves(frequencies)?.iter().map(single).collect()
+    let octaves = speech_octaves(frequencies)?;
+    let readings: Vec<&Reading> = octaves.iter().flatten().map(|&band| &bands[band].all).collect();
+    let power: Vec<f64> = octaves.iter().flatten().map(|&band| power[band]).collect();
+    let speech_index = |values: &[&Values]| speech_index(values, &power, &mut borders.borrow_mut(), talk);
+    let estimate = parameter_of(&readings, speech_index)?;
+    refused_or_widened(estimate, &readings, noticeable::SPEECH_TRANSMISSION_INDEX, speech_index)
 }
 
 /// Bands of every octave of speech among bands of these `frequencies` [Hz]: one each, or three.
@@ -470,29 +480,39 @@ fn speech_octaves(frequencies: &[f64]) -> Result<Vec<Vec<usize>>, Unsupported> {
     }
 }
 
-/// The index of the room, or of a talk that is so many decibels louder than the source in every octave.
+/// The index of the room, or of a talk that is so many decibels louder than the source in every octave. `values` are those of the octaves, or of
+/// the thirds of one after the other, `power` the levels of the source in them [dB].
 fn speech_index(
     values: &[&Values],
+    power: &[f64],
     borders: &mut Borders,
     talk: Option<(&Talk, [f64; 7])>,
 ) -> Result<f64, Unsupported> {
+    let width = values.len() / SPEECH_OCTAVES.len();
+    let octaves = || values.chunks(width);
     let shares = match talk {
         None => [1.0; 7],
         Some((talk, more)) => {
             let mut levels = [0.0; 7];
-            for ((level, values), more) in levels.iter_mut().zip(values).zip(more) {
-                *level = values.values[Parameter::Level as usize].clone()? + more;
+            for ((level, values), more) in levels.iter_mut().zip(octaves()).zip(more) {
+                let of_bands = values.iter().map(|values| values.values[Parameter::Level as usize].clone());
+                *level = octave::sum_db(&of_bands.collect::<Result<Vec<f64>, _>>()?) + more;
             }
             modulation::audible_shares(&levels, &talk.noise_level_db)
         }
     };
     let mut indices = [0.0; 7];
-    for (((index, values), octave), share) in indices.iter_mut().zip(values).zip(SPEECH_OCTAVES).zip(shares) {
-        let curve = values.curve.as_ref().map_err(|reason| Unsupported::Band {
-            center_frequency_hz: octave,
-            reason: Box::new(reason.clone()),
-        })?;
-        *index = modulation::transfer_index(curve, borders, share);
+    let rows = octaves().zip(power.chunks(width)).zip(SPEECH_OCTAVES).zip(shares);
+    for (index, (((values, power), octave), share)) in indices.iter_mut().zip(rows) {
+        let mut bands = Vec::with_capacity(width);
+        for (&values, level) in values.iter().zip(power) {
+            let curve = values.curve.as_ref().map_err(|reason| Unsupported::Band {
+                center_frequency_hz: octave,
+                reason: Box::new(reason.clone()),
+            })?;
+            bands.push((curve, curve.total() * libm::pow(10.0, 0.1 * (level - power[0]))));
+        }
+        *index = modulation::transfer_index(&bands, borders, share);
     }
     Ok(modulation::speech_transmission_index(&indices))
 }

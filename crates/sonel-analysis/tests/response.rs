@@ -1,9 +1,11 @@
 //! Whole responses: intervals from batches, reasons where there are none, the shape of the output.
 
+use sonel_acoustics::{BandWidth, SourceChange};
 use sonel_analysis::average::single_number;
 use sonel_analysis::comparison::{Pairing, compare};
 use sonel_analysis::estimate::NoInterval;
-use sonel_analysis::modulation::SPEECH_OCTAVES;
+use sonel_analysis::modulation::{SPEECH_OCTAVES, Talk};
+use sonel_analysis::receiver::parameters_of;
 use sonel_analysis::{Estimate, Parameter, ParameterValue, Unsupported, parameters, report};
 use sonel_echogram::{Arrivals, Batches, Response, batch_time_edges};
 use sonel_testkit::exponential::ExponentialDecay;
@@ -134,6 +136,63 @@ fn speech_needs_its_octaves() {
     narrow.center_frequency_hz[0] = 63.0;
     let missing = parameters(&narrow)[0].speech_transmission_index.as_ref().unwrap_err().to_string();
     assert_eq!(missing, "speech needs the octaves 125 to 8000 Hz; missing: 125 Hz");
+}
+
+/// Thirds of 0.5, 0.8 and 1.6 s whose powers are 3, 0 and −4 dB, and the octaves that they add up to.
+#[test]
+fn speech_in_third_octaves_is_that_of_the_octaves_they_add_up_to() {
+    let of = |power: [f64; 3]| {
+        let mut octaves = response(&[], certain);
+        let weight = power.map(|level| libm::pow(10.0, 0.1 * level));
+        let edges = octaves.time_edges_s.clone();
+        let thirds = [0.5, 0.8, 1.6].map(|reverberation_time| {
+            let decay = ExponentialDecay { reverberation_time, energy: 0.01 };
+            let since = |edge: f64| (edge - DIRECT_TIME).max(0.0);
+            let bins = edges.windows(2).map(|pair| decay.energy_between(since(pair[0]), since(pair[1])));
+            bins.collect::<Vec<f64>>()
+        });
+        let sum = |bin: usize| (0..3).map(|k| weight[k] * thirds[k][bin]).sum::<f64>();
+        octaves.energy = (0..edges.len() - 1).map(sum).collect::<Vec<_>>().repeat(SPEECH_OCTAVES.len());
+        let all = BandWidth::Third.nominal_series().filter(|hz| (100.0..=10_000.0).contains(hz));
+        let mut narrow = octaves.clone();
+        narrow.center_frequency_hz = all.collect();
+        narrow.energy = thirds.concat().repeat(SPEECH_OCTAVES.len());
+        narrow.source_power_level_db = power.repeat(SPEECH_OCTAVES.len());
+        [octaves, narrow].map(|response| {
+            parameters(&response)[0].speech_transmission_index.as_ref().expect("an index").value
+        })
+    };
+    let [octaves, thirds] = of([3.0, 0.0, -4.0]);
+    assert!((octaves - thirds).abs() < 1e-4, "{octaves} {thirds}");
+    let [_, alike] = of([0.0; 3]);
+    assert!((octaves - alike).abs() > 0.01, "thirds of equal power are another octave");
+}
+
+/// Two loudspeakers whose decays are alike, the second 6 dB lower, and then a source that radiates as much as both.
+#[test]
+fn each_source_of_a_system_radiates_the_speech_with_its_gain() {
+    let one = response(&[], certain);
+    let mut two = one.clone();
+    two.energy = one.energy.repeat(2);
+    two.source_names.push("rear".into());
+    two.source_positions.push([0.0; 3]);
+    two.source_power_level_db = one.source_power_level_db.repeat(2);
+    let noise_level_db = [40.0; 7];
+    let talk = |power: f64| Talk { power_level_db: Some([power; 7]), noise_level_db };
+    let found = |response: &Response, power: f64| {
+        let row = parameters_of(response, Some(&talk(power))).swap_remove(0);
+        let ratio = row.in_noise.clone().expect("noise").signal_to_noise_db.expect("a ratio").value;
+        (ratio, row.speech_transmission_index.expect("an index"))
+    };
+    let lower = SourceChange { gain_db: -6.0, delay: 0.0 };
+    let (ratio, index) = found(&two.together(&[SourceChange::default(), lower]), 60.0);
+    let louder = 10.0 * libm::log10(1.0 + libm::pow(10.0, -0.6));
+    let (expected, same) = found(&one, 60.0 + louder);
+    assert!((ratio - expected).abs() < 1e-9 && (index.value - same.value).abs() < 1e-9, "{ratio} {expected}");
+    assert!((ratio - found(&one, 60.0).0).abs() > 0.9, "one talker's power would be found out");
+    // Without gains or delays they may be talkers.
+    let (_, alike) = found(&two.together(&[SourceChange::default(); 2]), 60.0);
+    assert!(index.warning.is_none() && alike.warning.is_some_and(|text| text.contains("different talkers")));
 }
 
 /// 95 % intervals over responses with noisy batches of unequal weight hold the closed forms in 90 … 99 % of the runs

@@ -51,24 +51,26 @@ fn read_table(table: &Table<'_>) -> Option<Bands> {
     for problem in &problems {
         table.report.problem(place(problem, &entry, &centers.readable), format!("{}: {problem}", entry.path));
     }
-    note_speech(&nominal, width, table.report);
+    note_uses(&nominal, table.report);
     Bands::new(nominal, width).ok().filter(|_| centers.is_complete)
 }
 
-/// Third octaves have no speech transmission index.
-const NEEDS_OCTAVES: &str = "bands: the speech transmission index needs octaves";
-/// Octaves of the speech transmission index [IEC60268-16] [Hz].
-const SPEECH: [f64; 7] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
+/// What needs octaves of which scenes often lack one [Hz]: the speech transmission index [IEC60268-16], reverberation times of rooms for speech
+/// [DIN18041] and the single number of lateral energy [ISO3382-1].
+const USES: [(&str, &[f64]); 3] = [
+    ("the speech transmission index", &[125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0]),
+    ("DIN 18041", &[125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0]),
+    ("the single number of LF", &[125.0, 250.0, 500.0, 1000.0]),
+];
 
-/// Says before anything is computed what keeps `nominal` bands of most octaves of speech from a speech transmission index.
-fn note_speech(nominal: &[f64], width: BandWidth, report: &Report) {
-    let missing: Vec<f64> = SPEECH.into_iter().filter(|octave| !nominal.contains(octave)).collect();
-    match (width, &missing[..]) {
-        (BandWidth::Third, _) => report.note(NEEDS_OCTAVES),
-        (BandWidth::Octave, [one]) => {
-            report.note(format!("bands: the speech transmission index needs {one} Hz, too"));
+/// Says before anything is computed what keeps `nominal` bands of all octaves but one from the values of [`USES`]. Third octaves are counted by
+/// the middle one.
+fn note_uses(nominal: &[f64], report: &Report) {
+    for (what, octaves) in USES {
+        let missing: Vec<f64> = octaves.iter().copied().filter(|octave| !nominal.contains(octave)).collect();
+        if let [one] = missing[..] {
+            report.note(format!("bands: {what} needs {one} Hz, too"));
         }
-        _ => {}
     }
 }
 
@@ -92,7 +94,6 @@ fn default_of(width: BandWidth, report: &Report) -> Option<Bands> {
     match width {
         BandWidth::Octave => Some(Bands::octaves()),
         BandWidth::Third => {
-            report.note(NEEDS_OCTAVES);
             let thirds = width.nominal_series().filter(|center| (50.0..=10_000.0).contains(center));
             Bands::new(thirds.collect(), width).ok()
         }

@@ -1,5 +1,6 @@
 //! Measured impulse responses as responses: octaves, time zero, background noise.
 //!
+//! The mean of the samples is taken from them: no loudspeaker radiates a constant pressure, so it is an offset of the recorder.
 //! Time zero is the first sample within 20 dB of the largest one [ISO3382-1]. Per octave ([`octave_filter`](mod@crate::octave_filter)) the noise
 //! and the time at which the decay meets it are found by the iteration of [Lundeby1995]. The noise is taken from the energies; what a bin lacks
 //! is taken from the next, so that sums stay. Beyond the crossing the decay goes on with its late rate: the correction for truncation of
@@ -46,8 +47,10 @@ const IMPEDANCE: f64 = 400.0;
 /// When it is silent, too short for any octave, longer than ten minutes, or its sample rate holds no octave.
 pub fn response(recording: &Recording, receiver: &str) -> Result<Response, SoundError> {
     let rate = f64::from(recording.sample_rate_hz);
-    let samples = recording.channels.first().ok_or(SoundError::Empty)?;
-    let onset = onset(&recording.channels[..1]).ok_or(SoundError::Silent)?;
+    let recorded = recording.channels.first().ok_or(SoundError::Empty)?;
+    let offset = recorded.iter().map(|&sample| f64::from(sample)).sum::<f64>() / recorded.len() as f64;
+    let samples: Vec<f32> = recorded.iter().map(|sample| sample - offset as f32).collect();
+    let onset = onset(std::slice::from_ref(&samples)).ok_or(SoundError::Silent)?;
     let seconds = (samples.len() - onset) as f64 / rate;
     let count = (seconds / BIN) as usize;
     if count < 4 * FIRST_AVERAGE || seconds > LONGEST {
@@ -57,7 +60,7 @@ pub fn response(recording: &Recording, receiver: &str) -> Result<Response, Sound
     if !is_held(&OCTAVES[0]) {
         return Err(SoundError::NoOctave { sample_rate_hz: recording.sample_rate_hz });
     }
-    let bank = FilterBank::new(samples, rate);
+    let bank = FilterBank::new(&samples, rate);
     let border = |bin: usize| onset + (bin as f64 * BIN * rate).round() as usize;
     let mut centers = Vec::new();
     let (mut energy, mut reached_db) = (Vec::new(), Vec::new());
@@ -211,7 +214,9 @@ mod tests {
     #[test]
     fn records_of_no_octave_or_of_hours_are_refused() {
         let of = |sample_rate_hz, count| {
-            response(&Recording { sample_rate_hz, channels: vec![vec![0.5; count]] }, "seat")
+            let mut click = vec![0.0; count];
+            click[0] = 0.5;
+            response(&Recording { sample_rate_hz, channels: vec![click] }, "seat")
         };
         assert!(matches!(of(177, 2000), Err(SoundError::NoOctave { sample_rate_hz: 177 })));
         assert_eq!(of(180, 2000).unwrap().center_frequency_hz, [63.0]);
@@ -240,6 +245,23 @@ mod tests {
         let response = response(&recording(1.0, -25.0), "seat").unwrap();
         let reached = response.provenance.measured.as_ref().unwrap().reached_db[4];
         assert!((-36.0..-15.0).contains(&reached), "{reached}");
+    }
+
+    #[test]
+    fn an_offset_of_the_recorder_is_no_sound() {
+        let found = |offset: f32| {
+            let mut recording = recording(1.0, -50.0);
+            recording.channels[0].iter_mut().for_each(|sample| *sample += offset);
+            let Response { energy, provenance, .. } = response(&recording, "seat").unwrap();
+            (energy, provenance.measured.unwrap().reached_db)
+        };
+        let (expected, expected_db) = found(0.0);
+        let (energy, reached_db) = found(0.03);
+        let largest = expected.iter().copied().fold(0.0, f64::max);
+        assert!(
+            energy.iter().zip(&expected).all(|(found, expected)| (found - expected).abs() < 1e-4 * largest)
+        );
+        assert!(reached_db.iter().zip(&expected_db).all(|(found, expected)| (found - expected).abs() < 0.1));
     }
 
     #[test]

@@ -58,11 +58,11 @@ fn worst_error(values: &Values, decay: ExponentialDecay) -> f64 {
     }
     let curve = values.curve.as_ref().unwrap();
     let mut borders = modulation::Borders::default();
-    let transfers = modulation::modulation_transfers(curve, &mut borders);
+    let transfers = modulation::modulation_transfers(&[(curve, 1.0)], &mut borders);
     for (frequency, transfer) in MODULATION_FREQUENCIES.into_iter().zip(transfers) {
         worst = worst.max((transfer - decay.modulation_transfer(frequency)).abs());
     }
-    let index = modulation::transfer_index(curve, &mut borders, 1.0);
+    let index = modulation::transfer_index(&[(curve, 1.0)], &mut borders, 1.0);
     let speech = modulation::speech_transmission_index(&[index; 7]);
     worst.max((index - transfer_index(decay)).abs()).max((speech - transfer_index(decay)).abs())
 }

@@ -55,7 +55,7 @@ fn missing(reason: &Unsupported) -> &'static str {
         Unsupported::TooSteep { .. } | Unsupported::BinTooWide { .. } | Unsupported::SingleBin => {
             "the time steps of the calculation are too long for this value. Finer time steps (--bin) give one."
         }
-        Unsupported::BandsMissing { .. } | Unsupported::NotOctaves | Unsupported::OctavesMissing { .. } => {
+        Unsupported::BandsMissing { .. } | Unsupported::OctavesMissing { .. } => {
             "the simulation does not cover all octaves that this value needs."
         }
         Unsupported::Band { reason, .. } => missing(reason),
