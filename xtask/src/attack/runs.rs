@@ -279,8 +279,8 @@ impl<'a> Ground<'a> {
             for (kind, make) in NO_FILES {
                 let removed = std::fs::remove_file(&place).or_else(|_| std::fs::remove_dir(&place));
                 drop(removed);
-                let made =
-                    Command::new("sh").current_dir(&self.folder).args(["-c", &format!("{make} {word}")]);
+                let mut shell = Command::new("sh");
+                let made = shell.current_dir(&self.folder).args(["-c", &format!("{make} {word}")]);
                 ensure!(made.status()?.success(), "{make} {word}");
                 self.restore(&[])?;
                 let ended = self.run(&before, line)?;
