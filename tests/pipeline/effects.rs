@@ -61,7 +61,7 @@ fn edges_are_computed_where_the_receivers_are() {
     assert!(behind(&folder, &[]) > 10.0 * behind(&folder, &["--effects", "-diffraction"]));
     let refused = |result: anyhow::Result<String>| result.expect_err("not here").to_string();
     let error = refused(trace(&folder, "b.sonelmap", &["--effects", "auto,-diffraction"]));
-    assert!(error.contains("--effects -diffraction of the rendering"), "{error}");
+    assert!(error.contains("--effects -diffraction,-boundary of the rendering"), "{error}");
     let error =
         format!("{:#}", render(&folder, "auto.sonelmap", "b.npz", &["--effects", "-air"]).unwrap_err());
     assert!(error.contains("give other effects to the trace"), "{error}");

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Parser;
 use sonel::study::target;
 use sonel::{
-    Air, Audience, Change, Estimator, Grid, ReceiverPoint, RenderOptions, ShardRange, Targets,
-    parse_diffraction, parse_time,
+    Air, Audience, Change, Estimator, Grid, ReceiverPoint, RenderEffects, RenderOptions, ShardRange, Targets,
+    parse_time,
 };
 use sonel_console::Common;
 use sonel_console::choices::estimator;
@@ -94,9 +94,9 @@ pub struct Arguments {
     /// maps with a gradient take auto, connection, sphere, without --order.
     #[arg(long, value_parser = estimator(), default_value = Estimator::Auto.name())]
     pub estimator: Estimator,
-    /// Effects of the rendering: -diffraction leaves out sound over edges; other effects are decided by sonel-trace.
-    #[arg(long, value_name = "SPEC", default_value = "auto", allow_hyphen_values = true, value_parser = parse_diffraction, action = clap::ArgAction::Set)]
-    pub effects: bool,
+    /// Effects of the rendering: auto, or changes such as -diffraction (no sound over edges), -boundary (low frequencies as rays have them); other effects are decided by sonel-trace.
+    #[arg(long, value_name = "SPEC", default_value = "auto", allow_hyphen_values = true)]
+    pub effects: RenderEffects,
     /// Highest order of image sources [default: from the room].
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
     pub order: Option<u32>,
@@ -184,7 +184,7 @@ impl Arguments {
         RenderOptions {
             bin: self.bin,
             estimator: self.estimator,
-            diffraction: self.effects,
+            effects: self.effects,
             order: self.order,
             batches: self.batches,
             radius: self.radius,

@@ -159,6 +159,7 @@ fn remark(rendered: &Rendered, follower: &Follower<'_>) -> anyhow::Result<()> {
     for ClassShare { class, share, estimator } in rendered.classes.iter().flatten() {
         follower.line(&format!("  {class:24} {:6.2} %  {estimator}", 100.0 * share))?;
     }
+    rendered.boundary().iter().try_for_each(|line| follower.line(&format!("  {line}")))?;
     for sentence in &rendered.warnings {
         follower.line(&format!("warning: {sentence}"))?;
     }

@@ -298,6 +298,11 @@ fn of_source(renderer: &Renderer<'_>, rendering: &Rendering, source: &Source) ->
         mirror_order: rendering.mirror_order,
         image_order: rendering.image_order.clone(),
         sphere_radius_m: rendering.sphere_radius.clone(),
+        boundary_db: rendering
+            .boundary
+            .iter()
+            .map(|of| of.iter().map(|&factor| energy_to_level_db(factor)).collect())
+            .collect(),
         edges: edges.collect(),
         classes: renderer.path_classes().map(class).collect(),
         gain_db: stated.map(|change| change.gain_db),
