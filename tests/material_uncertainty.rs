@@ -1,6 +1,8 @@
 //! A room of uncertain materials: what the law of propagation predicts, and renderings with other materials to compare it with.
 
-use sonel::{AbsorptionUncertainty, Change, Map, RenderOptions, Response, Scene, Silent, TraceOptions};
+use sonel::{
+    AbsorptionUncertainty, Change, Map, RenderEffects, RenderOptions, Response, Scene, Silent, TraceOptions,
+};
 use sonel_analysis::average::single_number;
 use sonel_analysis::{Parameter, ReceiverParameters, parameters};
 
@@ -55,8 +57,8 @@ impl Uncertain {
         let scene = Scene::load_text(ROOM.to_owned(), "scene.toml", &Silent).expect("a valid scene");
         let options = TraceOptions { packets: Some(packets), ..TraceOptions::default() };
         let map = scene.trace(&options, &Silent).expect("a map").map;
-        let options =
-            RenderOptions { rays: Some(256), bin: 0.002, diffraction: false, ..RenderOptions::default() };
+        let effects = RenderEffects { diffraction: false, ..RenderEffects::default() };
+        let options = RenderOptions { rays: Some(256), bin: 0.002, effects, ..RenderOptions::default() };
         let response = map.render(&[], &options, &Silent).expect("a response").response;
         Self { map, response, options }
     }

@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, dvec3};
-use sonel_acoustics::{BandWidth, Bands, Material};
+use sonel_acoustics::{Air, BandWidth, Bands, Material};
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
@@ -29,6 +29,21 @@ pub struct TwoAirs {
     ratios: [f64; 2],
     /// Source and receiver, both above the border or both below [m].
     places: [DVec3; 2],
+}
+
+/// A region about the point `inside` [m] with the air of `scene` at another temperature, which does not attenuate.
+#[must_use]
+pub fn region_at(scene: &Scene, name: &str, inside: [f64; 3], temperature_celsius: f64) -> Region {
+    let air = Air { temperature_celsius, ..scene.air };
+    let ratio = air.temperature_kelvin() / scene.air.temperature_kelvin();
+    Region {
+        name: name.to_owned(),
+        inside: inside.into(),
+        speed_of_sound: scene.speed_of_sound * ratio.sqrt(),
+        density: air.density(),
+        air_attenuation: vec![0.0; scene.bands.count()],
+        air,
+    }
 }
 
 /// Reflected share of the energy of a plane wave.
@@ -94,7 +109,7 @@ impl TwoAirs {
             .with_receiver("receiver", receiver)
             .without_air_attenuation();
         let DVec3 { x, y, z } = self.size;
-        let region = scene.region_at("above", [0.5 * x, 0.5 * y, 0.95 * z], 20.0);
+        let region = region_at(&scene, "above", [0.5 * x, 0.5 * y, 0.95 * z], 20.0);
         let speed_of_sound = self.ratios[0] * region.speed_of_sound;
         let region = Region { speed_of_sound, density: self.ratios[1] * region.density, ..region };
         scene.with_regions(vec![region], vec![BORDER]).expect("sound regions")

@@ -274,8 +274,8 @@ fn render_options(k: &Keywords<'_>) -> PyResult<RenderOptions> {
     Ok(RenderOptions {
         bin: k.number("bin")?.unwrap_or(default.bin),
         estimator: k.choice("estimator", &estimators, Estimator::name)?.unwrap_or(default.estimator),
-        diffraction: effects
-            .map_or(Ok(true), |text| sonel::parse_diffraction(&text))
+        effects: effects
+            .map_or(Ok(default.effects), |text| text.parse())
             .map_err(|wrong| refused(format!("`effects`: {wrong}")))?,
         order: k.whole("order")?,
         batches: k.whole("batches")?,

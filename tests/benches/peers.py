@@ -21,8 +21,8 @@ RATE = 16_000
 # T30 is read in 125 Hz to 4 kHz: sonel has 63 Hz below, both have 8 kHz above, where the spectrum ends.
 FILTERS = [butter(4, [125 * 2 ** (i - 0.5), 125 * 2 ** (i + 0.5)], "bandpass", fs=RATE, output="sos") for i in range(6)]
 CIRCLE = 0.05 * numpy.array([[numpy.cos(angle), numpy.sin(angle), 0] for angle in numpy.arange(8) * numpy.pi / 4])
-FAST = {"trace": {"packets": 5000}, "render": {"order": 2, "estimator": "sphere", "effects": "-diffraction"}}
-FINE = {"trace": {"packets": 40_000}, "render": {"order": 2, "effects": "-diffraction"}}
+FAST = {"trace": {"packets": 5000}, "render": {"order": 2, "estimator": "sphere", "effects": "-diffraction,-boundary"}}
+FINE = {"trace": {"packets": 40_000}, "render": {"order": 2, "effects": "-diffraction,-boundary"}}
 MORE = 20
 
 

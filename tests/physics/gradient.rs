@@ -69,9 +69,8 @@ fn ground(absorption: f64, gradient: f64, duration: f64) -> Scene {
     add_quad(&mut mesh, 0, quad);
     let bands = Bands::new(vec![500.0, 8000.0], BandWidth::Octave).expect("octaves");
     let material = Material::uniform("ground", absorption, 0.0, 2);
-    Scene::from_parts(mesh, vec![material], bands, duration)
-        .without_air_attenuation()
-        .with_sound_speed_gradient(gradient)
+    let scene = Scene::from_parts(mesh, vec![material], bands, duration).without_air_attenuation();
+    Scene { sound_speed_gradient: gradient, ..scene }
 }
 
 fn settings(emissions: u64) -> Settings {
@@ -161,12 +160,12 @@ const STEEP: f64 = 60.0;
 fn room(absorption: f64, scattering: f64, gradient: f64) -> Scene {
     let bands = Bands::new(vec![500.0, 8000.0], BandWidth::Octave).expect("octaves");
     let walls = Material::uniform("walls", absorption, scattering, 2);
-    Scene::from_parts(Mesh::shoebox([5.0, 4.0, 3.0], [0; 6]), vec![walls], bands, 0.13)
+    let scene = Scene::from_parts(Mesh::shoebox([5.0, 4.0, 3.0], [0; 6]), vec![walls], bands, 0.13)
         .without_air_attenuation()
         .with_source("source", [1.2, 1.6, 0.5])
         .with_receiver("low", [3.4, 2.5, 0.8])
-        .with_receiver("high", [3.6, 2.4, 2.4])
-        .with_sound_speed_gradient(gradient)
+        .with_receiver("high", [3.6, 2.4, 2.4]);
+    Scene { sound_speed_gradient: gradient, ..scene }
 }
 
 /// Fluence of direct sound at `center` by counting lengths of chords in a ball of `radius`, with its standard error over packets.

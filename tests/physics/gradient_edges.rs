@@ -33,8 +33,8 @@ fn outdoors(gradient: f64, has_ground: bool, source: [f64; 2], receivers: &[[f64
     let materials = materials.into_iter().take(2).collect();
     let scene = Scene::from_parts(mesh, materials, bands, 1.2)
         .with_source("source", [source[0], 0.0, source[1]])
-        .without_air_attenuation()
-        .with_sound_speed_gradient(gradient);
+        .without_air_attenuation();
+    let scene = Scene { sound_speed_gradient: gradient, ..scene };
     receivers.iter().fold(scene, |scene, &[x, z]| scene.with_receiver("receiver", [x, 0.0, z]))
 }
 

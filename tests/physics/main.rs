@@ -2,6 +2,7 @@
 
 mod absorption_law;
 mod barrier;
+mod boundary;
 mod box_energies;
 mod conservation;
 mod diffraction;

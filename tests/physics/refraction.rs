@@ -12,6 +12,7 @@ use sonel_scene::media::MediaFault;
 use sonel_scene::{Region, Scene};
 use sonel_testkit::z_test::{Estimate, Within, within_sigmas};
 use sonel_tests::meshes::{add_box, add_quad};
+use sonel_tests::two_airs::region_at;
 use sonel_tests::{Traced, batch_fluence, late_batch_fluence};
 
 /// Inner size of the room [m].
@@ -44,7 +45,7 @@ fn fast(scene: &Scene, inside: [f64; 3], speed_of_sound: f64) -> Region {
     Region {
         speed_of_sound,
         density: scene.air.density() * ratio * ratio,
-        ..scene.region_at("fast", inside, scene.air.temperature_celsius)
+        ..region_at(scene, "fast", inside, scene.air.temperature_celsius)
     }
 }
 
@@ -76,7 +77,7 @@ fn by_slowness(direction: DVec3, normal: DVec3, [from, to]: [f64; 2]) -> Option<
 #[test]
 fn a_warm_slab_shifts_a_path_and_keeps_its_direction() {
     let plain = scene(layered(&[1.0, 1.7]), 0.2, 0.5, 0.3).with_source("low", [2.3, 1.9, 0.6]);
-    let warm = plain.region_at("warm", [1.0, 1.0, 1.3], 40.0);
+    let warm = region_at(&plain, "warm", [1.0, 1.0, 1.3], 40.0);
     let speeds = [plain.speed_of_sound, warm.speed_of_sound];
     let traced = Traced::new(with(plain, vec![warm]), settings(20_000));
     let origin = dvec3(2.3, 1.9, 0.6) - traced.geometry.center();
@@ -339,7 +340,7 @@ fn an_interface_between_equal_airs_is_none() {
     };
     let mut without = plain();
     without.mesh.triangles.retain(|triangle| triangle.material != INTERFACE);
-    let divided = with(plain(), vec![plain().region_at("same", [1.0, 1.0, 2.5], 20.0)]);
+    let divided = with(plain(), vec![region_at(&plain(), "same", [1.0, 1.0, 2.5], 20.0)]);
     let [few, few_without] =
         [&divided, &without].map(|scene| Traced::new(scene.clone(), settings(1000)).ledger);
     assert_eq!((few.bands, few.fates), (few_without.bands, few_without.fates), "bit for bit");

@@ -61,10 +61,36 @@ fn edges_are_computed_where_the_receivers_are() {
     assert!(behind(&folder, &[]) > 10.0 * behind(&folder, &["--effects", "-diffraction"]));
     let refused = |result: anyhow::Result<String>| result.expect_err("not here").to_string();
     let error = refused(trace(&folder, "b.sonelmap", &["--effects", "auto,-diffraction"]));
-    assert!(error.contains("--effects -diffraction of the rendering"), "{error}");
+    assert!(error.contains("--effects -diffraction,-boundary of the rendering"), "{error}");
     let error =
         format!("{:#}", render(&folder, "auto.sonelmap", "b.npz", &["--effects", "-air"]).unwrap_err());
     assert!(error.contains("give other effects to the trace"), "{error}");
+}
+
+/// In a room of 8 × 6 × 4 m levels at 63 Hz are lower by default, and at 1 kHz the same; responses state by how much. Outdoors nothing is.
+#[test]
+fn rooms_have_the_boundary_term_unless_it_is_left_out() {
+    let room = SCREENED
+        .replace("mesh = \"screened.obj\"", "shoebox = [8.0, 6.0, 4.0]")
+        .replace("[250, 500]", "[63, 1000]")
+        .replace("0.97", "0.1");
+    let folder = TestFolder::with(&room);
+    trace(&folder, "a.sonelmap", &["--packets", "500", "--effects", "none"]).unwrap();
+    let heard = |name: &str, options: &[&str]| {
+        render(&folder, "a.sonelmap", name, options).expect("a response");
+        let response = response(&folder, name);
+        let bands: Vec<f64> = response.energy.chunks(response.bins()).map(|bins| bins.iter().sum()).collect();
+        (bands, response.provenance.sources[0].boundary_db.clone())
+    };
+    let (with, stated) = heard("with.npz", &[]);
+    let (without, nothing) = heard("without.npz", &["--effects", "-boundary"]);
+    assert!(
+        nothing.is_empty() && (stated[0][0] + 2.4).abs() < 0.1 && stated[0][1].abs() < 1e-12,
+        "{stated:?}"
+    );
+    let factor = 10_f64.powf(0.1 * stated[0][0]);
+    assert!(with[0] < 0.7 * without[0] && with[0] > factor * without[0], "{with:?} {without:?}");
+    assert!((with[1] / without[1] - 1.0).abs() < 1e-9, "{with:?} {without:?}");
 }
 
 /// A screen of 400 m × 200 m in the open, and nothing else: behind it there is sound, by default.

@@ -103,6 +103,7 @@ fn bands_below_the_schroeder_frequency_are_named() {
     let volume = response.provenance.volume_m3.unwrap();
     let named = ModalBands::of(&parameters(&response), volume).unwrap().to_string();
     assert!(named.starts_with("63, 125 Hz are below the Schroeder frequency (14"), "{named}");
+    assert!(named.contains("standard deviations of about 2.") && named.contains(" %, "), "{named}");
     assert_eq!(ModalBands::of(&parameters(&response), 10.0 * volume), None);
 }
 

@@ -149,6 +149,9 @@ pub struct SourceRendering {
     pub image_order: Vec<u32>,
     /// Radius of every receiver's sphere [m].
     pub sphere_radius_m: Vec<f64>,
+    /// By how much the boundary term changes the level of all but direct sound, by receiver and band [dB]; empty without it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub boundary_db: Vec<Vec<f64>>,
     /// Edge contributions of every receiver; empty where no edge diffracts.
     pub edges: Vec<EdgeContributions>,
     /// Path classes.
@@ -212,6 +215,7 @@ impl SourceRendering {
     pub(crate) fn append(&mut self, part: Self) {
         self.image_order.extend(part.image_order);
         self.sphere_radius_m.extend(part.sphere_radius_m);
+        self.boundary_db.extend(part.boundary_db);
         self.edges.extend(part.edges);
         for (class, part) in self.classes.iter_mut().zip(part.classes) {
             class.energy.extend(part.energy);
@@ -229,6 +233,7 @@ impl SourceRendering {
         Self {
             image_order: Vec::new(),
             sphere_radius_m: Vec::new(),
+            boundary_db: Vec::new(),
             edges: Vec::new(),
             classes: self.classes.iter().map(class).collect(),
             ..self.clone()

@@ -29,6 +29,7 @@ pub const REVISION: u32 = 20;
 
 mod air;
 mod ball;
+pub mod boundary;
 mod crossings;
 pub mod deposit;
 mod directions;

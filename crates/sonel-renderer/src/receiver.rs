@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 use sonel_acoustics::Pattern;
 use sonel_geometry::Geometry;
+use sonel_map::Lanes;
 use sonel_scene::Receiver;
 
 use crate::ball::{Balls, Surroundings};
@@ -82,6 +83,8 @@ pub(crate) struct PreparedReceiver {
     pub stretch: f64,
     /// How sensitive it is.
     pub sensitivity: Sensitivity,
+    /// Factors of the [boundary term](crate::boundary), per band; empty without.
+    pub boundary: Vec<Lanes>,
     /// Lateral axis, where directions are asked for.
     pub lateral_axis: Option<DVec3>,
 }
@@ -139,6 +142,7 @@ impl PreparedReceiver {
             air: 0,
             stretch: 1.0,
             sensitivity: Sensitivity::OMNI,
+            boundary: Vec::new(),
             lateral_axis: None,
         }
     }

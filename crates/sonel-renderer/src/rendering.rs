@@ -61,6 +61,8 @@ pub struct Rendering {
     pub image_order: Vec<u32>,
     /// Radius of every receiver's sphere [m].
     pub sphere_radius: Vec<f64>,
+    /// Factors of the boundary term, by receiver and band [1]; no bands without it.
+    pub boundary: Vec<Vec<f64>>,
     /// Completeness of the edge contributions at every receiver; empty without edges.
     pub edge_work: Vec<EdgeWork>,
 }
@@ -92,6 +94,7 @@ impl Rendering {
             mirror_order: 0,
             image_order: Vec::new(),
             sphere_radius: Vec::new(),
+            boundary: Vec::new(),
             edge_work: Vec::new(),
         }
     }

@@ -32,6 +32,8 @@ pub struct RenderSettings {
     pub directions: bool,
     /// Whether edges diffract.
     pub edges: bool,
+    /// Whether everything but direct sound has the boundary term ([`crate::boundary`]); exact answers for rays are without.
+    pub boundary: bool,
 }
 
 /// Estimators of the path classes: the same energy by different means, so that any two can be compared.
@@ -134,6 +136,7 @@ impl RenderSettings {
             air: Air::OfScene,
             directions: false,
             edges: true,
+            boundary: false,
         }
     }
 }

@@ -31,6 +31,8 @@ pub enum Purpose {
     Pulse = 9,
     /// Directions about a specular path to one receiver.
     SpecularTrial = 10,
+    /// Flights between the walls about a receiver.
+    BoundaryFlight = 11,
 }
 
 /// All streams of one purpose and owner (a source index, the bits of a receiver position): a key without a number.

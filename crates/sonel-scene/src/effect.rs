@@ -11,6 +11,8 @@ use crate::scene::{Scene, attenuation_per_band};
 pub enum Effect {
     /// Edge diffraction of deterministic paths.
     Diffraction,
+    /// Energy of low frequencies at walls, which the interior lacks.
+    Boundary,
     /// Sound through partitions.
     Transmission,
     /// Sound between regions of different air.
@@ -23,14 +25,21 @@ pub enum Effect {
 
 impl Effect {
     /// All effects in the order of the interface.
-    pub const ALL: [Self; 5] =
-        [Self::Diffraction, Self::Transmission, Self::Refraction, Self::Air, Self::Directivity];
+    pub const ALL: [Self; 6] = [
+        Self::Diffraction,
+        Self::Boundary,
+        Self::Transmission,
+        Self::Refraction,
+        Self::Air,
+        Self::Directivity,
+    ];
 
     /// Name in `--effects` and in maps.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Diffraction => "diffraction",
+            Self::Boundary => "boundary",
             Self::Transmission => "transmission",
             Self::Refraction => "refraction",
             Self::Air => "air",
@@ -50,7 +59,7 @@ impl Scene {
     /// removed; air does not attenuate; sources are omnidirectional. A scene states nothing of edges but its faces, which stay.
     pub fn leave_out(&mut self, effect: Effect) {
         match effect {
-            Effect::Diffraction => {}
+            Effect::Diffraction | Effect::Boundary => {}
             Effect::Transmission => {
                 for material in self.materials.iter_mut().chain(self.variants.iter_mut().flatten()) {
                     material.transmission.fill(0.0);

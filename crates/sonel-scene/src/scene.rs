@@ -222,13 +222,6 @@ impl Scene {
         self
     }
 
-    /// Gives the speed of sound a gradient along [`Scene::up`] [1/s]. [`Scene::profile_problem`] says whether it can be.
-    #[must_use]
-    pub fn with_sound_speed_gradient(mut self, gradient: f64) -> Self {
-        self.sound_speed_gradient = gradient;
-        self
-    }
-
     /// The speed of sound about `center`, the middle of the scene ([`Geometry::center`]); none in even air.
     #[must_use]
     pub fn profile(&self, center: DVec3) -> Option<SpeedProfile> {
@@ -344,26 +337,6 @@ impl Scene {
         let sources: Vec<DVec3> = self.sources.iter().map(|source| source.position).collect();
         self.media = Some(Media::find(&geometry, regions, interfaces, &sources)?);
         Ok(self)
-    }
-
-    /// A region about the point `inside` [m] with the air that the scene has at another temperature.
-    #[must_use]
-    pub fn region_at(&self, name: &str, inside: [f64; 3], temperature_celsius: f64) -> Region {
-        let air = Air { temperature_celsius, ..self.air };
-        let ratio = air.temperature_kelvin() / self.air.temperature_kelvin();
-        let attenuates = self.air_attenuation.iter().any(|&m| m > 0.0);
-        Region {
-            name: name.to_owned(),
-            inside: inside.into(),
-            speed_of_sound: self.speed_of_sound * libm::sqrt(ratio),
-            density: air.density(),
-            air_attenuation: if attenuates {
-                attenuation_per_band(&air, &self.bands)
-            } else {
-                vec![0.0; self.bands.count()]
-            },
-            air,
-        }
     }
 
     /// Number of the air at a source, 0 for the scene's.

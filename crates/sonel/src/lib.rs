@@ -116,7 +116,7 @@ pub use map::Map;
 pub use observer::{Clock, Observer, Severity, Silent};
 pub use render::{
     AbsorptionUncertainty, Air, Audience, Axis, Change, ClassShare, Grid, GridCounts, MaterialVariants,
-    PreparedRendering, Refinement, RenderOptions, Rendered, VERSION as RENDERER_VERSION, parse_diffraction,
+    PreparedRendering, Refinement, RenderEffects, RenderOptions, Rendered, VERSION as RENDERER_VERSION,
 };
 pub use response::{Parameters, Response, Surroundings, system};
 pub use scene::{Material, Scene, SceneBuilder, check_file};

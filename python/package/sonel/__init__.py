@@ -911,8 +911,8 @@ class Map(_Managed):
             Estimator for each path class: auto, connection, gather, sphere or paper. Paper needs even air and excludes
             `order`; maps with a gradient take auto, connection, sphere, without `order` (default auto).
         effects
-            Effects of the rendering: -diffraction leaves out sound over edges; other effects are decided by the trace (default
-            auto).
+            Effects of the rendering: auto, or changes such as -diffraction (no sound over edges), -boundary (low frequencies
+            as rays have them); other effects are decided by the trace (default auto).
         rays
             Visibility rays per receiver; with `until` the maximum (default a quarter of the packets; 16384 with
             `estimator` paper).

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Parser;
 use sonel::study::target;
 use sonel::{
-    Air, Audience, Change, Estimator, Grid, ReceiverPoint, RenderOptions, ShardRange, Targets,
-    parse_diffraction, parse_time,
+    Air, Audience, Change, Estimator, Grid, ReceiverPoint, RenderEffects, RenderOptions, ShardRange, Targets,
+    parse_time,
 };
 use sonel_console::choices::estimator;
 use sonel_console::count::{parse_count, parse_rays};
@@ -115,11 +115,11 @@ pub struct Arguments {
     /// connection or sphere, without --order.
     #[arg(long, value_parser = estimator(), default_value = Estimator::Auto.name())]
     pub estimator: Estimator,
-    /// Effects: auto, or -diffraction.
+    /// Effects: auto, or without some: -diffraction, -boundary.
     ///
-    /// -diffraction leaves out sound over edges. sonel-trace decides about other effects.
-    #[arg(long, value_name = "SPEC", default_value = "auto", allow_hyphen_values = true, value_parser = parse_diffraction, action = clap::ArgAction::Set)]
-    pub effects: bool,
+    /// -diffraction leaves out sound over edges, -boundary leaves low frequencies as rays have them. sonel-trace decides about other effects.
+    #[arg(long, value_name = "SPEC", default_value = "auto", allow_hyphen_values = true)]
+    pub effects: RenderEffects,
     /// Highest order of image sources [default: from the room].
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
     pub order: Option<u32>,
@@ -225,7 +225,7 @@ impl Arguments {
         RenderOptions {
             bin: self.bin,
             estimator: self.estimator,
-            diffraction: self.effects,
+            effects: self.effects,
             order: self.order,
             batches: self.batches,
             radius: self.radius,

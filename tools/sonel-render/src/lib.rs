@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Error, bail};
 use serde_json::{Value, json};
+use sonel::analysis::modal::ModalBands;
 use sonel::analysis::report;
 use sonel::names::place;
 use sonel::plan as tables;
@@ -100,6 +101,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     ))?;
     remark(&rendered, &follower)?;
     let parameters = arguments.parameters.then(|| sonel::analysis::parameters(rendered.response.echograms()));
+    let volume = rendered.response.echograms().provenance.volume_m3;
+    let modal = volume.zip(parameters.as_ref()).and_then(|(volume, of)| ModalBands::of(of, volume));
+    modal.iter().try_for_each(|bands| follower.line(&format!("note: {bands}")))?;
     if let Some(parameters) = parameters.as_ref().filter(|_| !arguments.json) {
         write!(out, "{}", report::table(parameters, &format!("{}: ", scene.name), false))?;
     }
@@ -157,6 +161,7 @@ fn remark(rendered: &Rendered, follower: &Follower<'_>) -> anyhow::Result<()> {
     for ClassShare { class, share, estimator } in rendered.classes.iter().flatten() {
         follower.line(&format!("  {class:24} {:6.2} %  {estimator}", 100.0 * share))?;
     }
+    rendered.boundary().iter().try_for_each(|line| follower.line(&format!("  {line}")))?;
     for sentence in &rendered.warnings {
         follower.line(&format!("warning: {sentence}"))?;
     }

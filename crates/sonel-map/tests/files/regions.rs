@@ -3,10 +3,11 @@
 use std::io::Cursor;
 
 use glam::DVec3;
-use sonel_acoustics::Material;
+use sonel_acoustics::{Air, Material};
 use sonel_geometry::{Geometry, MeshTriangle, Side};
 use sonel_map::provenance::differences;
 use sonel_map::{ChunkPaths, Event, Fates, Ledger, MapError, MapHeader, MapWriter, SonelMap, Vertex};
+use sonel_scene::Region;
 
 use crate::{forged, hand_made};
 
@@ -24,7 +25,15 @@ fn header() -> MapHeader {
             .push(MeshTriangle { corners: corners.map(|corner| corner + first), material: 2 });
     }
     scene.materials.push(Material::uniform("layer", 0.0, 0.0, 3));
-    let warm = scene.region_at("warm", [2.5, 2.0, 2.5], 40.0);
+    let air = Air { temperature_celsius: 40.0, ..scene.air };
+    let warm = Region {
+        name: "warm".to_owned(),
+        inside: DVec3::new(2.5, 2.0, 2.5),
+        speed_of_sound: air.speed_of_sound(),
+        density: air.density(),
+        air_attenuation: vec![0.001; 3],
+        air,
+    };
     header.scene = scene.with_regions(vec![warm], vec![2]).unwrap();
     header
 }

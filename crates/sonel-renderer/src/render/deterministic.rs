@@ -42,6 +42,8 @@ struct Part<'a> {
     axes: Axes,
     /// The air of the source: all of it is in that, and so is the receiver if anything arrives.
     air: &'a RegionAir,
+    /// Factors of the boundary term.
+    boundary: &'a [Lanes],
     /// Energy of the arrival that is added, times ρc of its air over that of the scene.
     arriving: Vec<Lanes>,
     fine: Deposits,
@@ -56,7 +58,7 @@ impl<'a> Part<'a> {
     fn new(
         renderer: &'a Renderer<'a>,
         index: usize,
-        receiver: &PreparedReceiver,
+        receiver: &'a PreparedReceiver,
         air: &'a RegionAir,
         borders: &'a [f64],
     ) -> Self {
@@ -69,6 +71,7 @@ impl<'a> Part<'a> {
             borders,
             axes,
             air,
+            boundary: &receiver.boundary,
             arriving: vec![Lanes::ZERO; lanes_of(bands)],
             fine: Deposits::new(columns.fine, renderer.prepared.bins.count, bands),
             coarse: vec![CoarseEchogram::new(borders.len(), bands); columns.coarse],
@@ -82,6 +85,9 @@ impl<'a> Part<'a> {
     fn add(&mut self, class: usize, length: f64, towards: DVec3, order: u32, energy: &[Lanes], listed: bool) {
         let length = length * self.air.stretch;
         self.arriving.set_times(energy, self.air.impedance);
+        if order > 0 {
+            self.arriving.multiply(self.boundary);
+        }
         let energy = &self.arriving[..];
         let Preparation { bins, table, .. } = &*self.renderer.prepared;
         let Some(bin) = bins.bin(length) else { return };
@@ -148,7 +154,7 @@ impl Renderer<'_> {
         &'b self,
         index: usize,
         emitted: &Emitted<'_>,
-        receiver: &PreparedReceiver,
+        receiver: &'b PreparedReceiver,
         borders: &'b [f64],
         others: &[f64],
     ) -> Part<'b> {

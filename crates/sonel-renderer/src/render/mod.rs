@@ -24,6 +24,7 @@ use sonel_scene::{Propagation, Scene, Source};
 
 use crate::air::AirTable;
 use crate::ball::Surroundings;
+use crate::boundary;
 use crate::deposit::TimeBins;
 use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius, free_path};
 use crate::error::RenderError;
@@ -136,9 +137,9 @@ impl<'a> Renderer<'a> {
         let traced = &map.header().settings;
         let by_paper = settings.estimator == Estimator::Paper;
         let diffracts = settings.edges && !by_paper && geometry.diffracting_edges().next().is_some();
-        // Edges tell all bands apart.
+        // Edges and the boundary term tell all bands apart.
         let all_apart = || BandClasses::separate(scene.bands.count());
-        let classes = if diffracts { all_apart() } else { map.classes(&attenuation) };
+        let classes = if diffracts || settings.boundary { all_apart() } else { map.classes(&attenuation) };
         let carried = carries(&settings.air, map);
         let (airs, least) = Airs::new(scene, &settings.air, &classes, &attenuation, &carried, bins.reach);
         let table = map.coefficients(&classes);
@@ -368,20 +369,24 @@ impl<'a> Renderer<'a> {
 
     /// Receivers as `source` is heard at them.
     fn prepare(&self, source: usize, receivers: &[ReceiverPoint]) -> Vec<PreparedReceiver> {
-        let traced = &self.map.header().settings;
+        let (settings, traced) = (&self.prepared.settings, &self.map.header().settings);
         let SonelSurvey { sample, scale: of_all, .. } = self.survey(source);
         let of_room = free_path(self.geometry);
-        let airs = self.map.header().scene.media.as_ref().map(|media| media.airs(self.geometry));
+        let scene = &self.map.header().scene;
+        let airs = scene.media.as_ref().map(|media| media.airs(self.geometry));
+        let boundary = |position: Vec3| boundary::weights(self.geometry, scene, position);
         receivers
             .par_iter()
             .map(|r| {
                 let position = self.geometry.to_local(r.position);
                 let outlook = sample.seen_from(self.geometry, &self.prepared.table, position);
                 let scale = outlook.scale.map_or(*of_all, |scale| scale.in_halves_of(of_room));
-                let disc = self.prepared.gather.is_some().then(|| {
-                    disc_radius(DISC_PER_FREE_PATH, scale.free_path, &self.prepared.settings, traced)
-                });
-                let interface = distance_to_interface(&self.map.header().scene, self.geometry, position);
+                let disc = self
+                    .prepared
+                    .gather
+                    .is_some()
+                    .then(|| disc_radius(DISC_PER_FREE_PATH, scale.free_path, settings, traced));
+                let interface = distance_to_interface(scene, self.geometry, position);
                 let about = Surroundings { free_path: scale.distance, interface };
                 let air = airs.as_ref().map_or(0, |airs| airs.at(r.position));
                 PreparedReceiver {
@@ -391,8 +396,9 @@ impl<'a> Renderer<'a> {
                         .table
                         .propagation()
                         .stretch(air, r.position - self.geometry.center()),
-                    lateral_axis: self.prepared.settings.directions.then(|| self.lateral_axis(r)).flatten(),
+                    lateral_axis: settings.directions.then(|| self.lateral_axis(r)).flatten(),
                     directions: outlook.directions,
+                    boundary: if settings.boundary { boundary(position) } else { Vec::new() },
                     ..PreparedReceiver::new(r, self.geometry, about, traced.emissions, disc)
                 }
             })

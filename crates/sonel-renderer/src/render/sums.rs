@@ -3,6 +3,8 @@
 use std::ops::ControlFlow;
 
 use super::{Progress, Renderer};
+use sonel_map::BandValues;
+
 use crate::deposit::Deposits;
 use crate::error::RenderError;
 use crate::exact::mirror::Radiator;
@@ -46,6 +48,9 @@ impl Renderer<'_> {
             Rendering::new(receivers.len(), columns, &self.prepared.bins, self.prepared.table.bands());
         rendering.mirror_order = self.image_sources(source).order();
         rendering.image_order = vec![0; receivers.len()];
+        let bands = self.prepared.table.bands();
+        let factors = |receiver: &PreparedReceiver| receiver.boundary.values().take(bands).collect();
+        rendering.boundary = receivers.iter().map(factors).collect();
         rendering.sphere_radius = receivers.iter().map(|receiver| receiver.balls.early_radius()).collect();
         Ok(BatchSums {
             source,

@@ -144,8 +144,9 @@ impl Deposit<'_, '_> {
     #[inline]
     pub(crate) fn add(&mut self, arriving: Arriving, energy: &mut [Lanes]) {
         let Arriving { receiver, towards, length, bin } = arriving;
-        let BatchEstimate { deposits, sums, axes, .. } = &mut *self.estimate;
+        let BatchEstimate { tile, deposits, sums, axes, .. } = &mut *self.estimate;
         self.medium.air.attenuate(length, energy);
+        energy.multiply(&tile.receivers[receiver].boundary);
         let first = receiver * axes.columns().fine;
         deposits.add(first, bin, energy);
         for (column, weight) in (first + 1..).zip(axes.weights(receiver, towards).iter().flatten()) {

@@ -36,7 +36,7 @@ pub use crate::study::job::VERSION;
 pub use audience::Audience;
 pub use change::Change;
 pub use grid::{Axis, Grid, GridCounts};
-pub use options::{Air, RenderOptions, parse_diffraction};
+pub use options::{Air, RenderEffects, RenderOptions};
 pub use refinement::Refinement;
 pub use uncertainty::{AbsorptionUncertainty, MaterialVariants};
 
@@ -92,6 +92,20 @@ impl Rendered {
             report["grid"] = grid.json();
         }
         report
+    }
+
+    /// What the boundary term changes, over all receivers; nothing without it.
+    #[must_use]
+    pub fn boundary(&self) -> Option<String> {
+        let echograms = self.response.echograms();
+        let changes = &echograms.provenance.sources.first()?.boundary_db;
+        let of_band = |(band, f): (usize, &f64)| {
+            let most = changes.iter().map(|of_receiver| of_receiver[band]).reduce(f64::min)?;
+            (most < 0.0).then(|| format!("{:.2} dB at {f} Hz", -most))
+        };
+        let bands = echograms.center_frequency_hz.iter().enumerate().filter_map(of_band);
+        let bands = bands.collect::<Vec<_>>().join(", ");
+        (!bands.is_empty()).then(|| format!("boundary term: all but direct sound is lower by up to {bands}"))
     }
 
     /// Seconds by the observer's clock at the end: on the wall, and of the processor.

@@ -1,6 +1,7 @@
 //! Options of a rendering.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use crate::study::target::Targets;
 use sonel_acoustics::Air as AirState;
@@ -18,8 +19,8 @@ pub struct RenderOptions {
     pub bin: f64,
     /// Estimator of each path class; by default [`Estimator::Auto`].
     pub estimator: Estimator,
-    /// Whether edges diffract; by default they do.
-    pub diffraction: bool,
+    /// Effects that are decided in rendering; by default all.
+    pub effects: RenderEffects,
     /// Highest order of image sources; by default from the room.
     pub order: Option<u32>,
     /// Number of batches that are rendered, the first ones of the map; by default all. A share of the time, and wider intervals.
@@ -77,7 +78,7 @@ impl Default for RenderOptions {
         Self {
             bin,
             estimator,
-            diffraction: true,
+            effects: RenderEffects::default(),
             order: None,
             batches: None,
             radius: None,
@@ -129,7 +130,8 @@ impl RenderOptions {
             gather_radius: self.radius,
             seed: self.seed,
             air: self.attenuation(scene)?,
-            edges: self.diffraction,
+            edges: self.effects.diffraction,
+            boundary: self.effects.boundary && self.estimator != Estimator::Paper,
             directions: self.directions,
             ..RenderSettings::of(self.estimator)
         })
@@ -160,16 +162,39 @@ impl RenderOptions {
     }
 }
 
-/// Whether the `effects` of a rendering have edges diffract: `auto`, or changes of diffraction, with or without `auto` before them.
-///
-/// # Errors
-/// Another text.
-pub fn parse_diffraction(text: &str) -> Result<bool, ParseError> {
-    let changes = text.strip_prefix("auto,").unwrap_or(text);
-    let is_known = |change: &&str| matches!(change.trim(), "-diffraction" | "+diffraction");
-    match changes.split(',').find(|change| !is_known(change)) {
-        Some(_) if text == "auto" => Ok(true),
-        Some(_) => Err(ParseError("a rendering decides about diffraction alone: write -diffraction or +diffraction, and give other effects to the trace".to_owned())),
-        None => Ok(changes.trim_end().ends_with("+diffraction")),
+/// Effects that belong to a rendering. As text `auto`, or changes, with or without `auto` before them: `-diffraction`, `auto,-boundary`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RenderEffects {
+    /// Whether edges diffract.
+    pub diffraction: bool,
+    /// Whether all but direct sound has the boundary term; the paper's estimator has none.
+    pub boundary: bool,
+}
+
+impl Default for RenderEffects {
+    fn default() -> Self {
+        Self { diffraction: true, boundary: true }
+    }
+}
+
+impl FromStr for RenderEffects {
+    type Err = ParseError;
+
+    fn from_str(text: &str) -> std::result::Result<Self, ParseError> {
+        let mut effects = Self::default();
+        let changes = text.split(',').map(str::trim).enumerate();
+        for (_, change) in changes.filter(|&word| word != (0, "auto")) {
+            let on = change.starts_with('+');
+            match change.strip_prefix(['+', '-']) {
+                Some("diffraction") => effects.diffraction = on,
+                Some("boundary") => effects.boundary = on,
+                _ => {
+                    return Err(ParseError(format!(
+                        "\"{change}\" is no effect of a rendering: write auto or changes such as -diffraction,-boundary, and give other effects to the trace"
+                    )));
+                }
+            }
+        }
+        Ok(effects)
     }
 }

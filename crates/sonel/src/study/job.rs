@@ -293,11 +293,14 @@ fn of_source(renderer: &Renderer<'_>, rendering: &Rendering, source: &Source) ->
         computed: work.computed,
         left_out_db: work.left_out.iter().map(|&[less, more]| [change_db(-less), change_db(more)]).collect(),
     });
+    let boundary = rendering.boundary.iter().filter(|factors| !factors.is_empty());
+    let boundary = boundary.map(|factors| factors.iter().map(|&factor| energy_to_level_db(factor)).collect());
     let stated = Some(source.change).filter(|change| !change.is_none());
     SourceRendering {
         mirror_order: rendering.mirror_order,
         image_order: rendering.image_order.clone(),
         sphere_radius_m: rendering.sphere_radius.clone(),
+        boundary_db: boundary.collect(),
         edges: edges.collect(),
         classes: renderer.path_classes().map(class).collect(),
         gain_db: stated.map(|change| change.gain_db),

@@ -216,9 +216,9 @@ fn begin<'a>(
     watch: Watch<'_>,
 ) -> Result<PreparedTrace<'a>> {
     let asked = options.effects.clone().unwrap_or_default();
-    if settings.mode == Mode::Accurate && asked.names_diffraction() {
+    if settings.mode == Mode::Accurate && asked.names_rendered() {
         return Err(Error::Options(vec![
-            "`effects`: edges are computed at the receivers: leave diffraction out here, `effects` -diffraction of the rendering switches it off"
+            "`effects`: edges and the boundary term are computed at the receivers: leave diffraction and boundary out here, `effects` -diffraction,-boundary of the rendering switches them off"
                 .to_owned(),
         ]));
     }

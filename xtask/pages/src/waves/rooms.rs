@@ -1,4 +1,6 @@
-//! Rooms that both models can do: boxes with and without obstacles, and the shipped hall.
+//! Rooms that both models can do: boxes with and without obstacles, rooms of all sizes, and the shipped hall.
+
+mod sizes;
 
 use std::fmt::Write;
 use std::path::Path;
@@ -52,7 +54,7 @@ pub(super) fn all() -> Result<Vec<Room>> {
         toml: PLAIN.to_owned(),
         obj: mesh.text,
     });
-    Ok(boxes.into_iter().chain([hall]).collect())
+    Ok(boxes.into_iter().chain([hall]).chain(sizes::all()).collect())
 }
 
 /// 24 × 16 × 10 m, bare but for the floor.
@@ -90,9 +92,14 @@ position = [13.4, 12.9, 5.2]
 "#;
 
 impl Room {
-    /// Whether it is one of the boxes; else it is the hall.
+    /// Whether it is one of the boxes of 24 × 16 × 10 m.
     pub(super) fn is_box(&self) -> bool {
-        self.name != "hall"
+        self.toml == PLAIN
+    }
+
+    /// Whether it is one of the rooms of all sizes.
+    pub(super) fn is_of_sizes(&self) -> bool {
+        !self.is_box() && self.name != "hall"
     }
 
     /// Writes scene and mesh below target; the name of the scene file.

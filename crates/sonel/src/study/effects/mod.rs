@@ -4,6 +4,7 @@
 //! ([`THRESHOLD`]). A new effect is a variant of [`Effect`], an arm of [`decide`] and a module with its bound.
 
 mod air;
+mod boundary;
 mod edges;
 mod skips;
 mod spec;
@@ -142,6 +143,7 @@ fn decide_one(spec: &EffectSpec, mode: Mode, scene: &mut Scene, geometry: &Geome
         let request = spec.request(effect);
         match effect {
             Effect::Diffraction => edges::decide(request, mode, scene, geometry),
+            Effect::Boundary => boundary::decide(request, mode, scene, geometry),
             Effect::Air => air::decide(request, spec.threshold(), scene, geometry),
             Effect::Directivity => decide_directivity(request, scene),
             Effect::Transmission => decide_transmission(request, mode, scene, geometry),
@@ -151,10 +153,11 @@ fn decide_one(spec: &EffectSpec, mode: Mode, scene: &mut Scene, geometry: &Geome
     Effect::ALL.map(decide).into()
 }
 
-/// Decisions that a map traced in `mode` states: those on edges that are computed in rendering are left out.
+/// Decisions that a map traced in `mode` states: those that are made in rendering are left out.
 #[must_use]
 pub fn states(decisions: &[Decision], mode: Mode) -> Vec<EffectState> {
-    let is_traced = |decision: &&Decision| mode == Mode::Paper || decision.effect != Effect::Diffraction;
+    let is_traced =
+        |decision: &&Decision| mode == Mode::Paper || !EffectSpec::RENDERED.contains(&decision.effect);
     decisions.iter().filter(is_traced).map(Decision::state).collect()
 }
 

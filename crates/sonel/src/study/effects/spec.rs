@@ -23,7 +23,9 @@ pub enum EffectSpecError {
     #[error("\"{0}\" has no sign: write +{0} to add or -{0} to remove the effect")]
     Sign(String),
     /// No such effect.
-    #[error("unknown effect \"{0}\": choose among diffraction, transmission, refraction, air, directivity")]
+    #[error(
+        "unknown effect \"{0}\": choose among diffraction, boundary, transmission, refraction, air, directivity"
+    )]
     Unknown(String),
 }
 
@@ -43,18 +45,21 @@ pub(super) enum Request {
 /// Requests of the user.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectSpec {
-    requests: [Request; 5],
+    requests: [Request; 6],
     threshold: f64,
-    names_diffraction: bool,
+    names_rendered: bool,
 }
 
 impl Default for EffectSpec {
     fn default() -> Self {
-        Self { requests: [Request::Auto; 5], threshold: THRESHOLD, names_diffraction: false }
+        Self { requests: [Request::Auto; 6], threshold: THRESHOLD, names_rendered: false }
     }
 }
 
 impl EffectSpec {
+    /// Effects that a map of [`sonel_map::Mode::Accurate`] does not depend on.
+    pub const RENDERED: [Effect; 2] = [Effect::Diffraction, Effect::Boundary];
+
     /// Effects are on where leaving them out would change a level or reverberation time by more than a tenth of a just-noticeable
     /// difference; the default.
     #[must_use]
@@ -65,13 +70,13 @@ impl EffectSpec {
     /// Every effect that the scene has is on.
     #[must_use]
     pub fn all() -> Self {
-        Self { requests: [Request::Scene; 5], ..Self::default() }
+        Self { requests: [Request::Scene; 6], ..Self::default() }
     }
 
     /// No effect is on.
     #[must_use]
     pub fn none() -> Self {
-        Self { requests: [Request::Off; 5], ..Self::default() }
+        Self { requests: [Request::Off; 6], ..Self::default() }
     }
 
     /// Switches `effect` on.
@@ -88,7 +93,7 @@ impl EffectSpec {
 
     fn requested(mut self, effect: Effect, request: Request) -> Self {
         self.requests[effect as usize] = request;
-        self.names_diffraction |= effect == Effect::Diffraction;
+        self.names_rendered |= Self::RENDERED.contains(&effect);
         self
     }
 
@@ -114,10 +119,10 @@ impl EffectSpec {
         self.request(Effect::Diffraction) != Request::Off
     }
 
-    /// Whether a change, by + or −, names diffraction, which a map of [`sonel_map::Mode::Accurate`] does not depend on.
+    /// Whether a change, by + or −, names one of [`Self::RENDERED`].
     #[must_use]
-    pub fn names_diffraction(&self) -> bool {
-        self.names_diffraction
+    pub fn names_rendered(&self) -> bool {
+        self.names_rendered
     }
 
     /// Just-noticeable differences below which `auto` leaves an effect out.
@@ -181,6 +186,6 @@ mod tests {
             assert!(error(&format!("auto:{threshold}")).contains("number above 0"));
         }
         assert!(error("all:1").contains("auto, all or none"));
-        assert!(error("auto,+echo").contains("diffraction, transmission"));
+        assert!(error("auto,+echo").contains("diffraction, boundary"));
     }
 }
