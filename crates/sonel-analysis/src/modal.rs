@@ -8,7 +8,7 @@
 //!   of a cube [Kuttruff2009].
 //! - Decays: 0.88/√(B T) of T20, 0.55/√(B T) of T30 [ISO3382-2].
 //!
-//! Levels of 18 bands of bare boxes (19 … 867 m³, modes summed up) have 0.7 to 1.7 times the former below the Schroeder frequency.
+//! Levels of 14 bands of bare boxes (19 … 867 m³, modes summed up) have 0.7 to 1.4 times the former below the Schroeder frequency.
 //!
 //! References: docs/references.md [Schroeder1962].
 

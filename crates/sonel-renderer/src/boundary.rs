@@ -4,13 +4,14 @@
 //! the volume alone: in the interior they are too loud by 10 lg(1 + Sλ/(8V)), which ISO 3741 calls the boundary correction. With the mean free
 //! path ℓ = 4V/S it is 10 lg(1 + λ/(2ℓ)).
 //!
-//! ℓ is that of random flights about the receiver, so a room with a door counts as itself. Flights that escape from its walls lack a layer
-//! where they leave; with half of them there is no room. Holds for receivers a quarter of a wavelength off the walls. Where the layers of
+//! ℓ is that of random flights about the receiver, so a room with a door counts as itself. What comes back from a wall with the amplitude r is in
+//! phase by 2r/(1 + r²) of its energy: a black wall has no layer, and is a hole to all of the room. Where half of the flights are lost there is no
+//! room. Holds for receivers a quarter of a wavelength off the walls. Where the layers of
 //! opposite walls meet, λ > 2ℓ, there are single modes, and the term stays at 3 dB.
 
 use glam::Vec3;
 use sonel_geometry::{Departure, Geometry};
-use sonel_map::{Lanes, to_lanes};
+use sonel_map::{BandValues, CoefficientTable, Lanes, MaterialRow, to_lanes};
 use sonel_sampling::{Frame, Purpose, StreamFamily, warp};
 use sonel_scene::Scene;
 
@@ -23,9 +24,15 @@ const FLIGHTS: u32 = 12;
 const FORGOTTEN: u32 = 4;
 
 /// Factors on the energy of everything but direct sound at `position` (about the scene's centre [m]), per band of `scene`.
-pub(crate) fn weights(geometry: &Geometry, scene: &Scene, position: Vec3) -> Vec<Lanes> {
-    let walls = walls_about(geometry, position);
-    to_lanes(scene.bands.nominal().iter().map(|&f| weight(walls, scene.speed_of_sound / f, f)))
+pub(crate) fn weights(
+    geometry: &Geometry,
+    table: &CoefficientTable,
+    scene: &Scene,
+    position: Vec3,
+) -> Vec<Lanes> {
+    let walls = walls_about(geometry, table, position);
+    let bands = scene.bands.nominal().iter().zip(walls);
+    to_lanes(bands.map(|(&f, walls)| weight(walls, scene.speed_of_sound / f, f)))
 }
 
 /// Factor where walls have 1/ℓ of `walls` [1/m], at a wavelength [m] and centre [Hz].
@@ -34,10 +41,10 @@ pub fn weight(walls: f64, wavelength: f64, center_hz: f64) -> f64 {
     if center_hz > HIGHEST_HZ { 1.0 } else { 1.0 / (1.0 + (0.5 * wavelength * walls).min(1.0)) }
 }
 
-/// 1/ℓ of flights between walls about `position`, times 1 − 2e where a share e of them escapes [1/m].
-fn walls_about(geometry: &Geometry, position: Vec3) -> f64 {
+/// 1/ℓ of flights between walls about `position`, times (1 − e)(1 − 2e) where a share e of them is lost [1/m], per band.
+fn walls_about(geometry: &Geometry, table: &CoefficientTable, position: Vec3) -> Vec<f64> {
     let family = StreamFamily::new(0, Purpose::BoundaryFlight, [0; 4]);
-    let (mut hits, mut escapes, mut length) = (0.0, 0.0, 0.0);
+    let (mut flights, mut length, mut layers) = (0.0, 0.0, vec![0.0; table.bands()]);
     for walk in 0..WALKS {
         let mut stream = family.stream(walk);
         let mut from = Departure::free(position);
@@ -45,7 +52,7 @@ fn walls_about(geometry: &Geometry, position: Vec3) -> f64 {
         for flight in 0..FLIGHTS {
             let counted = f64::from(flight >= FORGOTTEN);
             let Some(hit) = geometry.closest_hit(from, direction) else {
-                escapes += counted;
+                flights += counted;
                 break;
             };
             length += counted * f64::from(hit.distance);
@@ -54,20 +61,27 @@ fn walls_about(geometry: &Geometry, position: Vec3) -> f64 {
                 from = geometry.leave(hit.position, hit.surface, hit.side.opposite());
                 continue;
             }
-            hits += counted;
+            flights += counted;
+            let MaterialRow { specular, diffuse, .. } = table.mean_row(hit.surface);
+            let reflected = specular.energy.values().zip(diffuse.energy.values());
+            for (layer, (specular, diffuse)) in layers.iter_mut().zip(reflected) {
+                let square = specular + diffuse;
+                *layer += counted * 2.0 * square.sqrt() / (1.0 + square);
+            }
             from = geometry.leave(hit.position, hit.surface, hit.side);
             let outward = (hit.side.sign() * surface.normal).as_vec3().normalize();
             direction = Frame::about(outward).outward(warp::cosine_hemisphere(stream.uniform_pair()));
         }
     }
-    let closed = 1.0 - 2.0 * escapes / f64::max(hits + escapes, 1.0);
-    if length > 0.0 { hits / length * closed.max(0.0) } else { 0.0 }
+    let of_band = |layer: f64| layer / length * (2.0 * layer / flights - 1.0).max(0.0);
+    layers.into_iter().map(|layer| if layer > 0.0 { of_band(layer) } else { 0.0 }).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::DVec3;
+    use sonel_acoustics::Material;
     use sonel_geometry::{Mesh, MeshTriangle};
 
     const SIZE: [f64; 3] = [9.0, 6.0, 4.0];
@@ -88,8 +102,14 @@ mod tests {
         Geometry::build(mesh).unwrap()
     }
 
-    fn about(geometry: &Geometry, [x, y, z]: [f64; 3]) -> f64 {
-        walls_about(geometry, geometry.to_local(DVec3::new(x, y, z)))
+    /// Of walls that reflect everything, or absorb a share of it.
+    fn about_walls(geometry: &Geometry, absorption: f64, [x, y, z]: [f64; 3]) -> f64 {
+        let table = CoefficientTable::new(&[Material::uniform("walls", absorption, 0.5, 1)], 1, 0.15);
+        walls_about(geometry, &table.with_geometry(geometry), geometry.to_local(DVec3::new(x, y, z)))[0]
+    }
+
+    fn about(geometry: &Geometry, place: [f64; 3]) -> f64 {
+        about_walls(geometry, 0.0, place)
     }
 
     #[test]
@@ -117,6 +137,14 @@ mod tests {
             ..Mesh::shoebox(SIZE, [0; 6])
         };
         assert!(about(&Geometry::build(ground).unwrap(), middle) <= 0.0);
+    }
+
+    /// Half of the energy that walls take leaves almost all of the layer; black walls have none.
+    #[test]
+    fn black_walls_have_no_layer() {
+        let (closed, middle) = (room(1.0), [4.5, 3.0, 2.0]);
+        let share = |absorption: f64| about_walls(&closed, absorption, middle) / about(&closed, middle);
+        assert!(share(0.3) > 0.95 && share(0.5) > 0.8 && share(1.0) <= 0.0, "{} {}", share(0.3), share(0.5));
     }
 
     #[test]

@@ -13,7 +13,7 @@ type Ring = (&'static str, usize, &'static [&'static str]);
 const RINGS: [Ring; 6] = [
     (
         "engine",
-        28_400,
+        28_500,
         &[
             "crates/sonel-acoustics/",
             "crates/sonel-sampling/",
@@ -27,10 +27,10 @@ const RINGS: [Ring; 6] = [
             "crates/sonel-echogram/",
         ],
     ),
-    ("results", 7_400, &["crates/sonel-analysis/", "crates/sonel-design/", "crates/sonel-drawing/"]),
-    ("sound", 2_000, &["crates/sonel-sound/"]),
-    ("face", 7_000, &["crates/sonel/"]),
-    ("programs", 6_900, &["tools/"]),
+    ("results", 7_500, &["crates/sonel-analysis/", "crates/sonel-design/", "crates/sonel-drawing/"]),
+    ("sound", 2_100, &["crates/sonel-sound/"]),
+    ("face", 7_100, &["crates/sonel/"]),
+    ("programs", 7_000, &["tools/"]),
     ("binding", 1_100, &["python/"]),
 ];
 

@@ -374,7 +374,8 @@ impl<'a> Renderer<'a> {
         let of_room = free_path(self.geometry);
         let scene = &self.map.header().scene;
         let airs = scene.media.as_ref().map(|media| media.airs(self.geometry));
-        let boundary = |position: Vec3| boundary::weights(self.geometry, scene, position);
+        let boundary =
+            |position: Vec3| boundary::weights(self.geometry, &self.prepared.table, scene, position);
         receivers
             .par_iter()
             .map(|r| {
