@@ -11,7 +11,7 @@
 
 use glam::Vec3;
 use sonel_geometry::{Departure, Geometry};
-use sonel_map::{BandValues, CoefficientTable, Lanes, MaterialRow, to_lanes};
+use sonel_map::{BandValues, CoefficientTable, Lanes, to_lanes};
 use sonel_sampling::{Frame, Purpose, StreamFamily, warp};
 use sonel_scene::Scene;
 
@@ -62,8 +62,8 @@ fn walls_about(geometry: &Geometry, table: &CoefficientTable, position: Vec3) ->
                 continue;
             }
             flights += counted;
-            let MaterialRow { specular, diffuse, .. } = table.mean_row(hit.surface);
-            let reflected = specular.energy.values().zip(diffuse.energy.values());
+            let row = table.mean_row(hit.surface);
+            let reflected = row.specular.energy.values().zip(row.diffuse.energy.values());
             for (layer, (specular, diffuse)) in layers.iter_mut().zip(reflected) {
                 let square = specular + diffuse;
                 *layer += counted * 2.0 * square.sqrt() / (1.0 + square);

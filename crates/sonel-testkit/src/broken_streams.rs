@@ -109,7 +109,7 @@ mod tests {
 
     #[test]
     fn who_goes_on_without_a_log_has_no_fault() {
-        assert_eq!(found("trap '' PIPE; echo log >&2; echo map >out/map"), [String::new(); 0]);
+        assert!(found("trap '' PIPE; echo log >&2; echo map >out/map").is_empty());
     }
 
     #[test]
