@@ -11,6 +11,7 @@ use glam::DVec3;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
+use sonel::analysis::modal::ModalBands;
 use sonel::analysis::modulation::Talk;
 use sonel::analysis::receiver::parameters_of;
 use sonel::analysis::speech::{noise_level_db, speech_power_level_db};
@@ -226,7 +227,12 @@ impl Response {
                 let variants = map.material_variants(echograms, &uncertain, observer)?;
                 variants.attach(&mut rows, |of| Ok::<_, sonel::Error>(parameters_of(of, talk.as_ref())))?;
             }
-            Ok(sonel::analysis::report::json(&rows))
+            let mut report = sonel::analysis::report::json(&rows);
+            let volume = echograms.provenance.volume_m3;
+            if let Some(modal) = volume.and_then(|volume| ModalBands::of(&rows, volume)) {
+                report["spread_over_places"] = modal.json();
+            }
+            Ok(report)
         })?;
         object(py, &json)
     }

@@ -76,7 +76,7 @@ def aside():
     """Two sources at a receiver that looks at the first one: the second is on its left and above."""
     sources = {"ahead": [2.0, 2.0, 1.2], "aside": [4.0, 6.0, 2.5]}
     scene = sonel.Scene.shoebox([10, 7, 3], 0.3, sources=sources, duration_s=0.2)
-    return sonel.trace(scene, packets=100).render([7.0, 2.5, 1.0], directions=True)
+    return sonel.trace(scene, packets=100).render([7.0, 2.5, 1.0], directions=True, effects="-boundary")
 
 
 def direct_sample(response, seat, source=0):

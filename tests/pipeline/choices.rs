@@ -111,7 +111,7 @@ fn help_lists_the_parameters_that_are_read() {
     let mut commands: Vec<clap::Command> = analyze.get_subcommands().cloned().collect();
     commands.extend([sonel_trace::Arguments::command(), sonel_render::Arguments::command()]);
     let arguments = commands.iter().flat_map(clap::Command::get_arguments);
-    let helps = arguments.filter_map(|argument| argument.get_help()).map(ToString::to_string);
+    let helps = arguments.filter_map(|argument| argument.get_long_help()).map(ToString::to_string);
     let lists: Vec<String> = helps.filter(|help| help.contains("level, ")).collect();
     assert_eq!(lists.len(), 3, "{lists:#?}");
     let names = sonel::study::target::names();

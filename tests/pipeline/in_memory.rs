@@ -32,7 +32,8 @@ fn run(folder: &TestFolder, emissions: u64, observer: &dyn Observer) -> Run {
     let settings = Settings { emissions, ..Settings::default() };
     let room = Room::within(&scene, &geometry, &effects);
     let traced = room.trace(settings, &mut InMemory, observer).expect("a tight room");
-    let (receivers, render) = (receivers_of(&scene), RenderSettings::default());
+    let (receivers, render) =
+        (receivers_of(&scene), RenderSettings { boundary: true, ..RenderSettings::default() });
     let (rendered, parameters) =
         render_and_read(&traced.map, &geometry, &receivers, &render, observer).expect("a rendering");
     Run { traced, rendered, parameters }

@@ -72,7 +72,7 @@ fn plans_ask_for_more_where_less_uncertainty_is_wanted() {
     assert_eq!(accuracies, [1.0, 0.5, 0.2, 0.1, 0.05]);
     let packets: Vec<u64> = rows.iter().map(|row| row["packets"].as_u64().unwrap()).collect();
     assert!(packets.windows(2).all(|pair| pair[0] <= pair[1]) && packets[4] > 10 * packets[2], "{packets:?}");
-    assert_eq!(plan["effects"].as_array().unwrap().len(), 5);
+    assert_eq!(plan["effects"].as_array().unwrap().len(), 6);
     assert_eq!(rows[0]["half_widths"].as_array().unwrap().len(), 3);
 }
 

@@ -85,7 +85,7 @@ fn the_parts_of_a_response_add_up() {
     assert_eq!(traced["emitted"], 2001);
     assert_eq!(traced["fates"]["lost"], 0);
     assert_eq!(traced["ledger"].as_array().unwrap().len(), 3);
-    assert_eq!(traced["effects"].as_array().unwrap().len(), 5);
+    assert_eq!(traced["effects"].as_array().unwrap().len(), 6);
     let report: serde_json::Value =
         serde_json::from_str(&render(&folder, "a.sonelmap", "a.npz", &["--json"]).unwrap()).unwrap();
     let response = response(&folder, "a.npz");

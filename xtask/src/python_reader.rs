@@ -53,7 +53,7 @@ pub(crate) fn check() -> Result<()> {
     for spectral in ["shared", "per-band"] {
         let traced = ["--packets", "250", "--spectral", spectral, "--quiet"];
         program("sonel-trace", &[&[SCENE, "-o", MAP], &traced[..]].concat())?;
-        let by_connection = ["--estimator", "connection", "--json", "--quiet"];
+        let by_connection = ["--estimator", "connection", "--effects", "-boundary", "--json", "--quiet"];
         let rendered = program("sonel-render", &[&[MAP, "-o", RESPONSE], &by_connection[..]].concat())?;
         let read = |receiver| printed(Command::new(&python).args([READER, MAP, "--receiver", receiver]));
         let difference = largest_difference(&rendered, &read(SEAT)?)?;

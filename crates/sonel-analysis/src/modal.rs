@@ -15,6 +15,7 @@
 use std::f64::consts::PI;
 use std::fmt;
 
+use serde_json::{Value, json};
 use sonel_acoustics::schroeder_frequency;
 
 use crate::parameter::Parameter;
@@ -83,6 +84,15 @@ impl ModalBands {
         let (bands, limits): (Vec<_>, Vec<_>) = below.unzip();
         let schroeder_frequency_hz = limits.into_iter().reduce(f64::max)?;
         Some(Self { bands, schroeder_frequency_hz })
+    }
+}
+
+impl ModalBands {
+    /// Level [dB] and share of T30 by band.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let spread = |band: &ModalBand| json!({ "center_frequency_hz": band.center_frequency_hz, "level_db": band.level_db, "t30": band.decay });
+        self.bands.iter().map(spread).collect()
     }
 }
 

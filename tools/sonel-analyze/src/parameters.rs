@@ -8,7 +8,7 @@ use std::path::Path;
 
 use anyhow::bail;
 use serde_json::{Value, json};
-use sonel::analysis::modal::{ModalBand, ModalBands};
+use sonel::analysis::modal::ModalBands;
 use sonel::analysis::{ReceiverParameters, report};
 use sonel::echograms::provenance::{Provenance, SystemSource};
 use sonel_console::artifact::stem;
@@ -108,8 +108,7 @@ fn json_of(arguments: &Parameters, read: &Read) -> Value {
         report::json(&read.subject.parameters)
     };
     if let Some(modal) = &read.modal {
-        let spread = |band: &ModalBand| json!({ "center_frequency_hz": band.center_frequency_hz, "level_db": band.level_db, "t30": band.decay });
-        written["spread_over_places"] = modal.bands.iter().map(spread).collect();
+        written["spread_over_places"] = modal.json();
     }
     if !read.shares.is_empty() {
         written["targets"] = seats::json(&read.shares);

@@ -27,7 +27,7 @@ pub(crate) struct Checked {
     /// The scene file.
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
-    /// Write the repaired mesh.
+    /// Repaired mesh to write.
     ///
     /// The mesh as it would be traced, in metres: corners joined, cracks up to mesh_weld closed, doubled faces and faces
     /// without area left out. The changes are logged.

@@ -46,7 +46,7 @@ impl Page {
         let (libraries, content) = (packed("libraries", &LIBRARIES.join("\n")), packed("content", &content));
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"generator\" content=\"sonel-view\">\
-             <meta name=\"viewport\" content=\"width=device-width\"><link rel=\"icon\" href=\"data:,\">\
+             <meta name=\"viewport\" content=\"width=device-width\">\
              <title>{title}</title>\n<style>{STYLE}</style>\n<script>{scripts}</script></head>\n\
              <body><main><h1>{title}</h1>\n{BODY}</main>\n{libraries}{content}<script>start()</script></body></html>\n"
         )
