@@ -164,9 +164,9 @@ fn ledgers_that_do_not_close_are_refused() {
 #[test]
 fn energy_on_few_packets_is_refused() {
     let mut scene = room();
-    scene.materials.iter_mut().for_each(|material| material.scattering = vec![0.1; 2]);
+    scene.materials.iter_mut().for_each(|material| material.scattering = vec![0.08; 2]);
     let scatter = |scene: &mut Scene| {
-        scene.materials.iter_mut().for_each(|material| material.scattering = vec![0.7; 2]);
+        scene.materials.iter_mut().for_each(|material| material.scattering = vec![0.9; 2]);
     };
     let wrong = silently_wrong_by(&scene, scatter, "few packets carry the energy");
     assert!(wrong.abs() > 0.3, "{wrong} dB");
