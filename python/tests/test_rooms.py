@@ -153,14 +153,14 @@ def test_absorption_is_found_for_a_reverberation_time():
 
 
 def test_random_rooms_depend_on_their_seed_and_number_alone():
-    rooms = sonel.random_rooms(6, **ROOMS, receivers=2)
-    assert len(rooms) == 6 and rooms[2].toml == sonel.random_rooms(3, **ROOMS, receivers=2)[-1].toml
-    assert len({room.toml for room in rooms}) == 6
+    rooms = sonel.random_rooms(3, **ROOMS, receivers=2)
+    assert len(rooms) == 3 and rooms[1].toml == sonel.random_rooms(2, **ROOMS, receivers=2)[-1].toml
+    assert len({room.toml for room in rooms}) == 3
     for room in rooms:
         assert len(room.receivers) == 2 and 0.19 < room.room["bands"][4]["eyring_s"] < 0.41
         assert len(room.materials) > 3, "there is furniture"
     with pytest.raises(IndexError):
-        rooms[6]
+        rooms[3]
     with pytest.raises(sonel.Error, match="room 0: no place"):
         sonel.random_rooms(1, size=[[2, 2, 2], [2, 2, 2]], sources=5)[0]
 
@@ -214,7 +214,7 @@ def test_a_data_set_that_is_killed_at_any_time_is_whole_after_the_next_run(tmp_p
     assert writing("whole").wait() == 0
     seconds, whole = time.monotonic() - begun, shards("whole")
     assert len(whole) == 2
-    for number, share in enumerate(np.random.default_rng(1).uniform(0.1, 1.0, 6)):
+    for number, share in enumerate(np.random.default_rng(1).uniform(0.1, 1.0, 3)):
         name = f"killed-{number}"
         writer = writing(name)
         time.sleep(share * seconds)

@@ -74,6 +74,7 @@ fn visit_images(reach: f64, absorption: impl Fn(usize, f64) -> f64, mut visit: i
 /// Energies that packets have along the paths to image sources give the T30 of the exact sum, also where sound stays between two walls. The
 /// mean of an eighth octave of the cosine, which packets once took, does not.
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn paths_between_parallel_walls_decay_as_their_images_do() {
     const SPEED: f64 = 343.0;
     const BIN: f64 = 0.001;

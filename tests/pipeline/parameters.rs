@@ -156,7 +156,7 @@ fn diffuse_box_of_kuttruff() {
          [[sources]]\nname = \"source\"\nposition = [2.5, 2.0, 1.5]\n\
          [[receivers]]\nname = \"receiver\"\nposition = [7.0, 5.5, 3.0]\n",
     );
-    check(&folder, &["--packets", "150k"], 0, &[(Parameter::T30, 0.888, 0.005 * 0.888, 0.004)]);
+    check(&folder, &["--packets", "60k"], 0, &[(Parameter::T30, 0.888, 0.005 * 0.888, 0.004)]);
 }
 
 /// A variant of a map beside it: differences are those of the values, and sharper than those of runs of their own.

@@ -198,6 +198,7 @@ fn each_source_of_a_system_radiates_the_speech_with_its_gain() {
 /// 95 % intervals over responses with noisy batches of unequal weight hold the closed forms in 90 … 99 % of the runs
 /// (docs/physics.md §7): a perfect interval passes with 0.998 a parameter. Half as wide they do not.
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn intervals_of_noisy_responses_cover_the_closed_forms() {
     const RUNS: usize = 200;
     let weights: Vec<f64> = (0..16).map(|g| [0.05, 0.075][g % 2]).collect();

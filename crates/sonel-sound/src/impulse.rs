@@ -367,7 +367,7 @@ mod tests {
     #[test]
     fn small_arrivals_beside_large_ones_in_one_bin_are_found_in_whatever_order_they_were_added() {
         let mut draw = sonel_testkit::uniform::Uniform::new(54);
-        for _ in 0..200 {
+        for _ in 0..50 {
             let mut response = response([0.0; 3], [0.0; 3]);
             let count = 2 + draw.below(20);
             // Sixteen decades: direct sound, and what edges send around furniture.

@@ -39,8 +39,8 @@ fn energies(rendering: &Rendering) -> Vec<f64> {
 /// One, two and three packets in as many batches, and batches without any: every energy is a number.
 #[test]
 fn a_handful_of_packets_is_enough_to_be_finite() {
-    for emissions in [1, 2, 3, 40] {
-        for batches in [1, 2, 32] {
+    for emissions in [1, 3, 40] {
+        for batches in [1, 32] {
             for estimator in Estimator::COMPARABLE {
                 let scene = scene(Mesh::shoebox(SIZE, [0; 6]), 0.5, [4.2, 3.7, 2.1]);
                 let settings = Settings { emissions, batches, ..Settings::default() };
@@ -144,6 +144,7 @@ fn thin_walls_do_not_leak() {
 
 /// A sphere of 512 facets: every disc is larger than its surface. What it gathers is what connections and spheres bring.
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn discs_may_be_larger_than_their_surface() {
     let received = |absorption: f64, estimator: Estimator, seed: u64| {
         let mut scene = scene(meshes::sphere(2.0, 3), 0.5, [0.7, -0.4, 0.5]);

@@ -84,11 +84,13 @@ fn faces_drawn_twice_are_heard_once() {
 }
 
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn faces_overlapping_in_a_wall_are_heard_once() {
     sounds_like_the_box(meshes::overlapped(box_of_walls()));
 }
 
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn needles_and_triangles_without_area_are_of_no_consequence() {
     for distance in [1e-2, 0.1 * resolution()] {
         sounds_like_the_box(meshes::needled(&box_of_walls(), distance));
@@ -250,7 +252,7 @@ fn no_ray_slips_through_an_edge_or_a_vertex() {
     let mut rays = 0;
     for (name, mesh, inside) in rooms() {
         let geometry = Geometry::build(mesh).expect("a sound mesh");
-        let count = form(200_000, 17_000_000);
+        let count = form(50_000, 17_000_000);
         let closest = |from, towards| {
             geometry.closest_hit(Departure::free(from), towards).map(|hit| (hit.triangle, hit.side))
         };
@@ -338,7 +340,7 @@ fn worst(first: &[Windows], second: &[Windows]) -> f64 {
 fn no_length_is_absolute() {
     let heard_in_scaled = |scene, factor| heard_in_scaled(scene, factor, 1, Estimator::Connection);
     let here = heard_in_scaled(scaled(1.0), 1.0);
-    for exponent in [-10, 5, 12, 13] {
+    for exponent in [-10, 13] {
         let factor = 2.0_f64.powi(exponent);
         let deviation = worst(&here, &heard_in_scaled(scaled(factor), factor));
         println!("scaled by 2^{exponent}: {deviation:.1e}");
@@ -414,6 +416,7 @@ fn slab(thickness: Option<f64>) -> Mesh {
 /// A slab thinner than its rounding becomes a sheet or stays a slab: in either case it is heard as one. The larger error of
 /// the quick form is that of the shadow, where little arrives.
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn panels_thinner_than_the_resolution_are_panels() {
     let emissions = form(30_000, 400_000);
     let received = |mesh: Mesh, seed: u64| {

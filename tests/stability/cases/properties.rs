@@ -102,7 +102,7 @@ fn heard_with(effects: &[&str], scene: Scene, settings: Settings, estimator: Est
 /// Runs `law` in random rooms, the same ones each time.
 fn in_rooms(seed: u64, law: impl Fn(Room) -> Result<(), String>) {
     let config = Config {
-        cases: form(4, 60),
+        cases: form(3, 60),
         rng_seed: RngSeed::Fixed(seed),
         failure_persistence: None,
         max_shrink_iters: 0,

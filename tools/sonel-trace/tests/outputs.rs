@@ -226,7 +226,7 @@ fn a_full_disk_leaves_the_old_map_and_says_so() {
     for blocks in ["0", "1", "100"] {
         let mut limited = Command::new("sh");
         limited.args(["-c", "trap '' XFSZ; ulimit -f $0; exec \"$@\"", blocks, PROGRAM]);
-        limited.args(arguments(&folder, &folder.path("room.sonelmap"), "20k"));
+        limited.args(arguments(&folder, &folder.path("room.sonelmap"), "6k"));
         refused(&mut limited, &["room.sonelmap", "untouched"]);
         assert!(old_one_is_there(&folder));
         assert_eq!(others(&folder), [""; 0], "{blocks} blocks");
@@ -234,7 +234,7 @@ fn a_full_disk_leaves_the_old_map_and_says_so() {
     // The limit is what fails it: with room enough it is written.
     let mut ample = Command::new("sh");
     ample.args(["-c", "trap '' XFSZ; ulimit -f $0; exec \"$@\"", "1000000", PROGRAM]);
-    ample.args(arguments(&folder, &folder.path("room.sonelmap"), "20k"));
+    ample.args(arguments(&folder, &folder.path("room.sonelmap"), "6k"));
     assert!(ample.status().unwrap().success() && !old_one_is_there(&folder));
 }
 

@@ -146,7 +146,7 @@ fn a_screen_is_macdonalds_everywhere() {
             };
             let found = total(TAU, source, receiver, &spectrum);
             // In the shadow nothing interferes, and few frequencies make a mean.
-            let many = if degrees > 252.0 { 40 } else { 150 };
+            let many = if degrees > 252.0 { 20 } else { 150 };
             for (band, centre, count) in [(0, 125.0, 30), (5, 4000.0, many)] {
                 let expected = exact.band_energy((centre * FRAC_1_SQRT_2, centre * SQRT_2), 343.0, count);
                 let error = 10.0 * (found[band] / expected).log10();

@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3, dvec3};
 use sonel_geometry::{Departure, Geometry, Mesh};
 
 /// In each room; the larger number in release, where `cargo xtask accept` runs it.
-const RAYS: usize = if cfg!(debug_assertions) { 200_000 } else { 1_000_000 };
+const RAYS: usize = if cfg!(debug_assertions) { 60_000 } else { 1_000_000 };
 
 /// Rays from random points in the room, half of them to points on edges, half to vertices.
 fn aimed(geometry: &Geometry, count: usize, mut visit: impl FnMut(Vec3, Vec3)) {

@@ -60,7 +60,7 @@ fn shards_hold_the_sonels_of_the_run_once() {
 #[test]
 fn exports_do_not_depend_on_the_threads() {
     let folder = TestFolder::with(SCENE);
-    trace(&folder, "a.sonelmap", &["--packets", "9k"]);
+    trace(&folder, "a.sonelmap", &["--packets", "2k"]);
     for output in ["a.csv", "a.npz"] {
         let one = export(&folder, "a.sonelmap", output, &["--threads", "1"]);
         assert!(
