@@ -120,21 +120,22 @@ pub fn random_incidence(impedance: f64) -> f64 {
 /// [`AbsorptionLaw::largest`].
 #[must_use]
 pub fn impedance(absorption: f64) -> Option<f64> {
+    impedance_by(absorption, random_incidence)
+}
+
+/// Specific impedance ζ ≥ 1.567 that absorbs `absorption` where any absorbs `of(ζ)`, 8/ζ at most.
+pub(crate) fn impedance_by(absorption: f64, of: impl Fn(f64) -> f64) -> Option<f64> {
     if absorption <= 0.0 {
         return Some(f64::INFINITY);
     }
     // α falls from its maximum below 8/ζ; halving the logarithm of ζ finds it to the last digits.
     let (mut low, mut high) = (SOFTEST, 8.0 / absorption);
-    if absorption > random_incidence(low) {
+    if absorption > of(low) {
         return None;
     }
     for _ in 0..200 {
         let middle = libm::sqrt(low * high);
-        if random_incidence(middle) > absorption {
-            low = middle;
-        } else {
-            high = middle;
-        }
+        (low, high) = if of(middle) > absorption { (middle, high) } else { (low, middle) };
     }
     Some(libm::sqrt(low * high))
 }

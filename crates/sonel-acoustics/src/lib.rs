@@ -16,6 +16,7 @@ mod lanes;
 mod levels;
 mod material;
 pub mod noise;
+pub mod sample;
 mod source_change;
 mod statistics;
 mod talker;

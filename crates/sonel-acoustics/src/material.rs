@@ -143,53 +143,33 @@ impl Material {
 
     /// Everything impossible about this material in `band_count` bands; empty when it is valid.
     pub fn problems(&self, band_count: usize) -> Vec<MaterialProblem> {
-        let mut problems = Vec::new();
+        use MaterialProblem as Problem;
+        let (mut problems, law) = (Vec::new(), self.law);
         let lists = [
             (Coefficient::Absorption, &self.absorption),
             (Coefficient::Scattering, &self.scattering),
             (Coefficient::Transmission, &self.transmission),
         ];
         for (coefficient, list) in lists {
-            if list.len() != band_count {
-                problems.push(MaterialProblem::WrongLength {
-                    coefficient,
-                    given: list.len(),
-                    expected: band_count,
-                });
+            let given = list.len();
+            if given != band_count {
+                problems.push(Problem::WrongLength { coefficient, given, expected: band_count });
             }
-            for (band, &given) in list.iter().enumerate() {
-                if !(0.0..=1.0).contains(&given) {
-                    problems.push(MaterialProblem::OutOfRange { coefficient, band, given });
-                }
-            }
+            let outside = list.iter().copied().enumerate().filter(|(_, given)| !(0.0..=1.0).contains(given));
+            problems.extend(outside.map(|(band, given)| Problem::OutOfRange { coefficient, band, given }));
         }
-        for (band, (&transmission, &absorption)) in self.transmission.iter().zip(&self.absorption).enumerate()
-        {
-            if transmission > absorption {
-                problems.push(MaterialProblem::TransmissionAboveAbsorption {
-                    band,
-                    transmission,
-                    absorption,
-                });
-            }
-        }
-        if self.law.is_angular() {
-            problems.extend(self.problems_of_the_law());
-        }
+        let [absorption, transmission] =
+            [&self.absorption, &self.transmission].map(|list| || list.iter().copied().enumerate());
+        let passing = transmission().zip(&self.absorption).filter(|((_, passed), lost)| passed > lost);
+        problems.extend(passing.map(|((band, transmission), &absorption)| {
+            Problem::TransmissionAboveAbsorption { band, transmission, absorption }
+        }));
+        let soft = absorption().filter(|&(_, lost)| lost > law.largest() && lost <= 1.0);
+        problems.extend(soft.map(|(band, absorption)| Problem::TooSoft { law, band, absorption }));
+        let passing = transmission().filter(|&(_, passed)| law.is_angular() && passed > 0.0);
+        let angular = |(band, transmission)| Problem::AngularPartition { law, band, transmission };
+        problems.extend(passing.map(angular));
         problems
-    }
-
-    fn problems_of_the_law(&self) -> impl Iterator<Item = MaterialProblem> {
-        let (law, largest) = (self.law, self.law.largest());
-        let absorption = self.absorption.iter().enumerate();
-        let soft = absorption.filter(move |&(_, &absorption)| absorption > largest && absorption <= 1.0);
-        let passing = self.transmission.iter().enumerate().filter(|&(_, &transmission)| transmission > 0.0);
-        let soft = soft.map(move |(band, &absorption)| MaterialProblem::TooSoft { law, band, absorption });
-        soft.chain(passing.map(move |(band, &transmission)| MaterialProblem::AngularPartition {
-            law,
-            band,
-            transmission,
-        }))
     }
 }
 

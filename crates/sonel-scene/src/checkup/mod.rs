@@ -7,7 +7,7 @@
 
 mod faults;
 mod repaired;
-mod scattering;
+pub(crate) mod scattering;
 
 use std::io;
 

@@ -12,7 +12,8 @@ use std::io;
 use glam::DVec3;
 use sonel_geometry::{CellPlace, Departure, Geometry};
 
-use crate::document::quoted;
+use crate::checkup::scattering;
+use crate::document::{quoted, quoted_key};
 use crate::formats;
 use crate::load::{Attempt, attempt};
 use crate::notation::{self, count, number, place};
@@ -73,7 +74,7 @@ pub fn draft(
     let mut names: Vec<&str> = polygons.names.iter().map(|name| name.name.as_str()).collect();
     names.sort_unstable();
     let mut text = format!("name = {}\nmesh = {}\n{keys}", quoted(name), quoted(path));
-    let tables: String = names.iter().map(|name| table(name)).collect();
+    let mut tables: String = names.iter().map(|name| table(name)).collect();
     // Read without positions: where the room is decides them.
     let mut tried = tried(&format!("{text}{tables}"), path, open)?;
     let rooms = tried.1.air_cells();
@@ -87,6 +88,11 @@ pub fn draft(
         tried = self::tried(&format!("{text}{tables}"), path, open)?;
     }
     let (tried, geometry) = tried;
+    for (index, list) in scattering::advised(&tried.scene, &geometry) {
+        let head = format!("[materials.{}]\n", quoted_key(&tried.scene.materials[index].name));
+        let line = format!("{head}scattering = {list}    # advice: docs/validation.md\n");
+        tables = tables.replace(&head, &line);
+    }
     warnings.extend(tried.remarks.warnings);
     let mut head =
         "# Written by sonel-trace new: check what is marked as a guess. Keys: docs/formats/scene.md\n"

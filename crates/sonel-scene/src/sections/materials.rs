@@ -1,6 +1,6 @@
 //! `[materials.NAME]`
 
-use sonel_acoustics::{AbsorptionLaw, Material, MaterialProblem};
+use sonel_acoustics::{AbsorptionLaw, Material, MaterialProblem, sample};
 
 use crate::DEFAULT_SCATTERING;
 use crate::bands::BandChoice;
@@ -8,23 +8,29 @@ use crate::document::{Entry, Number, Table};
 use crate::library::MaterialSources;
 use crate::scene::opaque;
 
-const KEYS: [&str; 10] = [
+const KEYS: [&str; 11] = [
     "absorption",
     "scattering",
     "diffuse",
     "transmission",
-    "absorption_law",
     "sound_reduction_db",
+    SAMPLE,
     "source",
     "library",
+    "absorption_law",
     "interface",
     VARIANTS,
 ];
-/// Keys of a variant; what they do not state is as in its material.
-const VARIANT_KEYS: [&str; 7] =
-    ["absorption", "scattering", "diffuse", "transmission", "sound_reduction_db", "source", "library"];
+/// How many of these a variant may have; what it does not state is as in its material.
+const OF_VARIANT: usize = 8;
 /// The key of a list of variants.
 const VARIANTS: &str = "variants";
+
+/// The key of the area of the sample on which absorption was measured [m²].
+const SAMPLE: &str = "sample_area";
+
+/// Largest sample [m²]; walls without end need no key.
+const LARGEST_SAMPLE: f64 = 100.0;
 
 /// α + δ may exceed 1 by this much: the decimal fractions of a scene file are rounded to binary ones.
 const ROUNDING: f64 = 1e-12;
@@ -69,7 +75,7 @@ pub(crate) fn variants_of(material: &Material, own: &Table<'_>, sources: &Materi
 
 /// Reads a variant of `material`; what it does not state is as in the material.
 pub(crate) fn read_variant(material: &Material, table: &Table<'_>, sources: &MaterialSources) -> Material {
-    table.allow_only(&VARIANT_KEYS);
+    table.allow_only(&KEYS[..OF_VARIANT]);
     read_one(&material.name, Some(material), table, sources)
 }
 
@@ -127,17 +133,18 @@ fn read_one(
     }
     let before = table.report.problem_count();
     let mut borrowed = sources.borrow(table);
-    if let Some(Material { absorption, scattering, .. }) = original {
-        borrowed.absorption.get_or_insert_with(|| absorption.clone());
+    if let Some(Material { scattering, .. }) = original {
         borrowed.scattering.get_or_insert_with(|| scattering.clone());
     }
     let count = bands.bands.count();
-    let absorption = given("absorption", table, bands);
-    if table.get("absorption").is_none() && borrowed.absorption.is_none() {
+    let law = original.map_or_else(|| read_law(table), |original| original.law);
+    let stated = given("absorption", table, bands).map(|(_, values)| values).or(borrowed.absorption);
+    let stated = stated.map(|values| read_as_measured(values, law, table, bands));
+    let absorption = stated.or_else(|| original.map(|original| original.absorption.clone()));
+    if table.get("absorption").is_none() && absorption.is_none() {
         table.missing("absorption", "give one number, one per band, or library");
     }
-    let absorption =
-        absorption.map(|(_, values)| values).or(borrowed.absorption).unwrap_or_else(|| vec![0.0; count]);
+    let absorption = absorption.unwrap_or_else(|| vec![0.0; count]);
     let is_absorption_known = table.report.problem_count() == before;
     let scattering = given("scattering", table, bands);
     let diffuse = given("diffuse", table, bands);
@@ -157,7 +164,7 @@ fn read_one(
     let otherwise = || original.map_or_else(|| vec![0.0; count], |original| original.transmission.clone());
     let material = Material {
         name: name.to_owned(),
-        law: original.map_or_else(|| read_law(table), |original| original.law),
+        law,
         absorption,
         scattering,
         transmission: transmission.unwrap_or_else(otherwise),
@@ -169,10 +176,27 @@ fn read_one(
     material
 }
 
-/// The coefficient that is given under `key`, and its entry.
+/// The absorption of walls without end where `values` are those of a sample.
+fn read_as_measured(values: Vec<f64>, law: AbsorptionLaw, table: &Table<'_>, bands: &BandChoice) -> Vec<f64> {
+    let Some(entry) = table.get(SAMPLE) else { return values };
+    let Some(area) = entry.positive() else { return values };
+    let of_wall = |(value, center): (&f64, &f64)| sample::without_end(*value, area, *center);
+    let walls = || values.iter().zip(bands.bands.nominal()).map(of_wall).collect();
+    (law.is_angular() && area <= LARGEST_SAMPLE).then(walls).flatten().unwrap_or_else(|| {
+        entry.problem(&format!("no locally reacting sample of {area} m² (at most {LARGEST_SAMPLE} m²) has absorption {values:?}: give less, state absorption_law = \"locally-reacting\", or remove this key"));
+        values
+    })
+}
+
+/// The coefficient that is given under `key`, one or one per band, and its entry.
 fn given<'a>(key: &str, table: &Table<'a>, bands: &BandChoice) -> Option<(Entry<'a>, Vec<f64>)> {
     let entry = table.get(key)?;
-    let values = read_coefficient(&entry, bands)?;
+    let largest = if key == "absorption" && table.get(SAMPLE).is_some() { 2.0 } else { 1.0 };
+    let values = read_per_band(&entry, bands, |value| {
+        let above = key == "absorption" && value > largest;
+        let remedy = if above { "; give 1 for measured values above 1 (ISO 354)" } else { "" };
+        (!(0.0..=largest).contains(&value)).then(|| format!("{value} is outside 0 … {largest}{remedy}"))
+    })?;
     Some((entry, values))
 }
 
@@ -207,15 +231,6 @@ fn read_interface(name: &str, table: &Table<'_>, bands: &BandChoice) -> Material
     }
     let source = table.get("source").and_then(|entry| entry.text()).map(str::to_owned);
     Material { source, ..opaque(name, bands.bands.count()) }
-}
-
-/// Numbers 0 … 1, one per band.
-fn read_coefficient(entry: &Entry<'_>, bands: &BandChoice) -> Option<Vec<f64>> {
-    read_per_band(entry, bands, |value| {
-        let above = entry.path.ends_with("absorption") && value > 1.0;
-        let remedy = if above { "; give 1 for measured values above 1 (ISO 354)" } else { "" };
-        (!(0.0..=1.0).contains(&value)).then(|| format!("{value} is outside 0 … 1{remedy}"))
-    })
 }
 
 /// τ = 10^(−R/10) from sound reduction indices R [dB], one or one per band.

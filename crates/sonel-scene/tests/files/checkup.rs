@@ -390,6 +390,25 @@ fn drafted_in(length: f64, options: &DraftOptions<'_>) -> Result<Draft, String> 
 }
 
 /// 10 × 7 × 3 m: as many centimetres are a room in no other unit, as many decimetres or millimetres may be a hall.
+/// What `new` writes as advice is what `check` advises, which then has nothing to add.
+#[test]
+fn a_drafted_room_with_objects_scatters_as_advised() {
+    let block = |x: f64, y: f64| box_between([x, y, 0.5], [x + 1.25, y + 0.5, 1.25]);
+    let blocks = (0..16).flat_map(|i| block(1.0 + 2.0 * f64::from(i % 4), 1.0 + 1.3 * f64::from(i / 4)));
+    let triangles: Vec<Triangle> = empty().into_iter().chain(blocks).collect();
+    let open = &mut |_: &str| Ok(meshes::obj(&triangles));
+    let Draft { text, .. } = draft("a.obj", "a", &DraftOptions::default(), &mut *open).unwrap();
+    assert_eq!(text.matches("# advice").count(), 2, "walls and floor: {text}");
+    let mut advised = |text: &str| {
+        let Checkup { notes, problems, .. } = check(text, "scene.toml", &mut *open).unwrap();
+        assert!(problems.is_empty(), "{problems:?}");
+        notes.iter().filter(|note| note.contains("objects in the room")).count()
+    };
+    let without: String =
+        text.lines().filter(|line| !line.contains("# advice")).collect::<Vec<_>>().join("\n");
+    assert_eq!([advised(&text), advised(&without)], [0, 2]);
+}
+
 #[test]
 fn a_draft_finds_the_unit_or_asks_for_it() {
     let none = DraftOptions::default();

@@ -157,6 +157,34 @@ fn the_digest_of_the_scene_leaves_out_the_name_of_its_mesh() {
     assert_eq!(load_good("every-key.toml").scene.digest, *blake3::hash(text.as_bytes()).as_bytes());
 }
 
+/// A sample absorbs more than a wall without end, so what it measured is less of a wall; what is measured above 1 is a wall as well.
+#[test]
+fn absorption_of_a_sample_is_read_as_that_of_a_wall() {
+    let text = |rest: &str| {
+        format!("shoebox = [10, 7, 3]\nsources = [{{ position = [2, 2, 1.5] }}]\n[materials.walls]\n{rest}")
+    };
+    let read = |rest: &str| load(&text(rest), "scene.toml", &mut |_| panic!("a shoebox opens no mesh"));
+    let law = "absorption_law = \"locally-reacting\"\n";
+    let stated = "absorption = [0.1, 1.1, 0.54, 0.54, 0.54, 0.9, 0.9, 0.02]\nsample_area = 10.8\n";
+    let scene = read(&format!("{law}{stated}variants = [{{ scattering = 0.4 }}]")).unwrap().scene;
+    let found = &scene.materials[0].absorption;
+    // By Gaussian quadrature of the formula in another program.
+    for (found, expected) in found.iter().zip([0.092, 0.739, 0.440, 0.461, 0.483]) {
+        assert!((found - expected).abs() < 1.5e-3, "{found} is not {expected}");
+    }
+    assert!((found[7] - 0.02).abs() < 1e-3, "{found:?}");
+    assert_near(&scene.variants[0][0].absorption, found);
+    for (rest, reason) in [
+        (stated.to_owned(), "state absorption_law"),
+        (format!("{law}{stated}").replace("10.8", "1e4"), "at most 100 m²"),
+        (format!("{law}{stated}").replace("1.1,", "1.9,"), "no locally reacting sample"),
+        (format!("{law}{stated}").replace("sample_area = 10.8", ""), "1.1 is outside 0 … 1; give 1"),
+    ] {
+        let errors = read(&rest).unwrap_err().to_string();
+        assert!(errors.contains(reason) && errors.lines().count() == 1, "{errors}");
+    }
+}
+
 #[test]
 fn units_scale_the_mesh() {
     for (unit, length) in

@@ -1,7 +1,7 @@
 //! Ten rooms of 21 to 5184 m³, bare and furnished, with even and uneven absorption.
 //!
-//! Furniture are blocks of the walls' material. Where there are any, surfaces scatter with s = 0.3, as `sonel-trace check` advises; bare rooms
-//! have s = 0.1. All lengths are multiples of the solver's cell.
+//! Furniture are blocks of the walls' material. Surfaces scatter as `sonel-trace check` advises, with s = 0.1 in bare rooms and below low rows
+//! of seats. All lengths are multiples of the solver's cell.
 
 use std::fmt::Write;
 
@@ -20,6 +20,8 @@ struct Plan {
     /// Blocks from floor to ceiling that the plan lacks, flush with its walls: an L-shape, or the wall beside a door.
     solid: Vec<Block>,
     furniture: Vec<Block>,
+    /// s of all surfaces, per band.
+    scattering: [f64; 3],
     duration: f64,
 }
 
@@ -32,7 +34,8 @@ fn rows(first: [f64; 3], size: [f64; 3], pitch: [f64; 2], count: [u32; 2]) -> Ve
 }
 
 fn plan(name: &'static str, size: [f64; 3], absorption: [f64; 3], duration: f64) -> Plan {
-    Plan { name, size, absorption, solid: Vec::new(), furniture: Vec::new(), duration }
+    let (solid, furniture) = (Vec::new(), Vec::new());
+    Plan { name, size, absorption, solid, furniture, scattering: [0.1; 3], duration }
 }
 
 fn plans() -> Vec<Plan> {
@@ -47,24 +50,32 @@ fn plans() -> Vec<Plan> {
     ];
     vec![
         plan("booth", [3.5, 2.5, 2.375], [0.1; 3], 1.6),
-        Plan { furniture: study.to_vec(), ..plan("study", [4.5, 3.5, 2.625], [0.08, 0.2, 0.08], 1.6) },
+        Plan {
+            furniture: study.to_vec(),
+            scattering: [0.1, 0.13, 0.3],
+            ..plan("study", [4.5, 3.5, 2.625], [0.08, 0.2, 0.08], 1.6)
+        },
         plan("box", [6.25, 4.5, 2.75], [0.06, 0.06, 0.4], 3.0),
         Plan {
             furniture: rows([1.0, 1.0, 0.0], [1.25, 0.5, 0.75], [2.0, 1.5], [4, 4]),
+            scattering: [0.1, 0.12, 0.3],
             ..plan("classroom", [9.0, 7.0, 3.0], [0.06, 0.06, 0.5], 3.0)
         },
         Plan { solid: walls, ..plan("coupled-pair", [14.0, 5.0, 3.0], [0.1, 0.1, 0.2], 2.5) },
         Plan {
             solid: l_shape,
             furniture: shelves,
+            scattering: [0.12, 0.3, 0.3],
             ..plan("l-shape", [12.0, 8.0, 3.5], [0.1, 0.1, 0.1], 2.5)
         },
         Plan {
             furniture: rows([1.5, 1.5, 0.0], [1.5, 0.75, 0.75], [2.5, 2.0], [5, 4]),
+            scattering: [0.1, 0.14, 0.3],
             ..plan("canteen", [15.0, 11.0, 3.5], [0.06, 0.06, 0.5], 3.5)
         },
         Plan {
             furniture: rows([2.0, 1.5, 0.0], [1.5, 1.0, 1.5], [3.5, 3.0], [4, 3]),
+            scattering: [0.12, 0.3, 0.3],
             ..plan("furnished-box", [16.0, 10.0, 5.0], [0.1, 0.1, 0.3], 3.0)
         },
         plan("gym", [20.0, 12.0, 7.0], [0.12, 0.12, 0.12], 3.5),
@@ -85,14 +96,16 @@ pub(super) fn all() -> Vec<Room> {
 
 impl Plan {
     fn toml(&self) -> String {
-        let scattering = if self.furniture.is_empty() { 0.1 } else { 0.3 };
+        let scattering = self.scattering;
         let mut text = format!(
             "mesh = \"hall.obj\"\nduration_s = {}\n\n[bands]\ncenter_frequencies_hz = [63, 125, 250]\n\n[air]\nattenuation = false\n",
             self.duration
         );
         for (name, absorption) in ["walls", "floor", "ceiling"].into_iter().zip(self.absorption) {
-            let _ =
-                write!(text, "\n[materials.{name}]\nabsorption = {absorption}\nscattering = {scattering}\n");
+            let _ = write!(
+                text,
+                "\n[materials.{name}]\nabsorption = {absorption}\nscattering = {scattering:?}\n"
+            );
         }
         let place = |[x, y, z]: [f64; 3]| {
             let [a, b, c] = self.size;
