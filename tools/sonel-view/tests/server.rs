@@ -3,6 +3,7 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use sonel::{Map, Parameter, ReceiverPoint, RenderOptions, Silent};
@@ -193,6 +194,44 @@ fn noise_is_heard_while_the_listener_moves() {
     let (noisy, many, command) = in_noise(&["--noise", "80,80,80,80,80,80,80"]);
     assert!(noisy < quiet - 0.1 && many > few, "{quiet} {noisy}, {few} {many} rows");
     assert!(command.ends_with("--noise=80,80,80,80,80,80,80"), "{command}");
+}
+
+/// What another process of the machine can do without the token, or a broken page with it.
+#[test]
+fn endless_bodies_and_silent_connections_leave_the_server_serving() {
+    let folder = traced();
+    let served = Served::begin(&folder, "a.sonelmap", &[]);
+    let (host, token) = (served.host.as_str(), served.token.as_str());
+    let connect = |text: &str| {
+        let mut stream = TcpStream::connect(host).expect("a server");
+        stream.write_all(text.as_bytes()).expect("a server that reads");
+        stream
+    };
+    let head = |length: u64, own: &str| {
+        format!("POST /api/state HTTP/1.1\r\nHost: {host}\r\nContent-Length: {length}\r\n{own}\r\n")
+    };
+    let own = format!("X-Sonel-Token: {token}\r\n");
+    for (own, status) in [("", "HTTP/1.1 403"), (&own, "HTTP/1.1 413")] {
+        let mut answer = Vec::new();
+        let mut stream = connect(&(head(100_000_000_000_000, own) + &" ".repeat(2 << 20)[..(1 << 20) + 1]));
+        stream.set_read_timeout(Some(Duration::from_secs(5))).expect("a socket");
+        // The rest is thrown away with the connection.
+        let _ = stream.read_to_end(&mut answer);
+        assert!(String::from_utf8_lossy(&answer).starts_with(status), "{}", String::from_utf8_lossy(&answer));
+    }
+    let texts = ["", "GET", &head(10, &own), &head(10, "")];
+    let silent: Vec<TcpStream> = (0..800).map(|at| connect(texts[at % texts.len()])).collect();
+    for _ in 0..20 {
+        let begun = Instant::now();
+        assert_eq!(served.ask("state", &json!({})).0, 200);
+        assert!(begun.elapsed() < Duration::from_secs(2), "{:?}", begun.elapsed());
+    }
+    // Whoever sends nothing is not waited for.
+    for mut stream in silent.into_iter().take(texts.len()) {
+        stream.set_read_timeout(Some(Duration::from_secs(30))).expect("a socket");
+        let end = stream.read_to_end(&mut Vec::new());
+        assert!(end.is_ok(), "a silent connection stays open");
+    }
 }
 
 #[test]

@@ -8,7 +8,6 @@ mod session;
 mod wishes;
 
 use std::io::Write;
-use std::thread;
 
 use sonel_console::{Log, Outcome, interrupt};
 
@@ -16,9 +15,6 @@ use crate::Arguments;
 use crate::files::Files;
 use http::{Guard, Server};
 use session::Session;
-
-/// Requests that are answered at the same time: several windows, each with a rendering, a map and a sound.
-const AT_ONCE: usize = 8;
 
 /// Serves the page of `files` until the program is interrupted.
 ///
@@ -46,10 +42,6 @@ pub(crate) fn serve(
     if session.scene.is_some() {
         session.trace(session.text());
     }
-    thread::scope(|scope| {
-        for _ in 0..AT_ONCE {
-            scope.spawn(|| server.run(&guard, &session));
-        }
-    });
+    server.run(guard, session)?;
     Ok(Outcome::Done)
 }
