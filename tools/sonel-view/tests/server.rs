@@ -235,6 +235,25 @@ fn endless_bodies_and_silent_connections_leave_the_server_serving() {
 }
 
 #[test]
+fn a_scene_is_traced_again_when_an_editor_writes_it() {
+    let folder = TestFolder::with(SCENE);
+    let served = Served::begin(&folder, "scene.toml", &[]);
+    served.wait_for_map(2);
+    // Times of files may be as coarse as this.
+    std::thread::sleep(Duration::from_millis(50));
+    folder.write("scene.toml", "name = ");
+    let (_, broken) = served.ask("state", &json!({}));
+    assert!(broken["failure"].as_str().is_some_and(|text| text.contains("scene.toml")), "{broken}");
+    assert_eq!((&broken["maps"], &broken["pages"]), (&json!(2), &json!(0)));
+    std::thread::sleep(Duration::from_millis(50));
+    folder.write("scene.toml", &SCENE.replace("absorption = 0.3", "absorption = 0.5"));
+    served.wait_for_map(4);
+    let (_, state) = served.ask("state", &json!({}));
+    assert_eq!(state["map"]["materials"]["walls"]["absorption"][0], 0.5, "{state}");
+    assert_eq!(state["pages"], 1);
+}
+
+#[test]
 fn a_moved_source_is_traced_and_saved_beside_the_scene() {
     let folder = TestFolder::with(SCENE);
     let served = Served::begin(&folder, "scene.toml", &[]);
@@ -263,10 +282,14 @@ fn a_moved_source_is_traced_and_saved_beside_the_scene() {
             "{saved}"
         );
     }
+    let row = json!({ "listener": [4.0, 3.0, 1.2], "receivers": [["front row", [3.0, 2.0, 1.2]]] });
+    let (_, saved) = served.ask("save", &row);
+    let both = "--receiver listener=4,3,1.2 --receiver 'front row=3,2,1.2'";
+    assert!(saved["commands"][1].as_str().is_some_and(|line| line.ends_with(both)), "{saved}");
     // What is there is not replaced.
-    folder.write("scene-4.sonelmap", "mine");
+    folder.write("scene-5.sonelmap", "mine");
     let (_, saved) = served.ask("save", &json!({ "listener": [4.0, 3.0, 1.2] }));
-    assert!(saved["commands"][0].as_str().is_some_and(|line| line.contains("scene-4-2.sonelmap")), "{saved}");
+    assert!(saved["commands"][0].as_str().is_some_and(|line| line.contains("scene-5-2.sonelmap")), "{saved}");
     assert_eq!(folder.text("scene.toml"), SCENE);
     let (status, refused) = served.ask("trace", &json!({ "sources": [[20.0, 1.0, 1.5]] }));
     assert_eq!(status, 200, "{refused}");
