@@ -51,9 +51,8 @@ async function start() {
 function show(pair, hasCharts = true, isPart = false) {
   shown.pair = pair;
   showParameters(pair, shown.kept, isPart);
-  if (!hasCharts) return;
-  showCurves(pair);
   showWays();
+  if (hasCharts) showCurves(pair); else showOver(pair);
 }
 
 function showWays() {
@@ -151,7 +150,7 @@ const wish = () => ({ listener: wanted.listener, source: wanted.source, changes:
 const isWanted = (answer, of) => answer.map === shown.maps && same(of, wish()) && same(wanted.sources, placesOf(shown.room));
 
 const rendering = new Steps("render", (answer, of, { isFirst, isLast }) => {
-  show(answer.pair, isFirst || isLast, answer.batches !== null);
+  show(answer.pair, isLast, answer.batches !== null);
   shown.of = { answer, wish: of };
   check();
   if (!shown.isStale) byId("retrace").hidden = true;
@@ -168,7 +167,9 @@ rendering.failed = (error) => {
 function check() {
   const is = !shown.of || !isWanted(shown.of.answer, shown.of.wish);
   shown.isStale = is;
-  for (const id of ["side", "curves"]) byId(id).classList.toggle("stale", is);
+  byId("side").classList.toggle("stale", is);
+  // Charts come with the last numbers.
+  byId("curves").classList.toggle("stale", is || !shown.pair.curves);
   byId("parameters").setAttribute("aria-busy", String(is));
   byId("keep").disabled = byId("save").disabled = byId("csv").disabled = is;
 }

@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
 use anyhow::bail;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde_json::{Value, json};
 use sonel::analysis::average::single_number;
 use sonel::analysis::{Parameter, ParameterValue, ReceiverParameters};
@@ -36,6 +37,8 @@ const MOST_PLACES: f64 = 2000.0;
 const MOST_WINDOWS: usize = 256;
 /// Packets of the map that is there at once.
 const FIRST_PACKETS: u64 = 512;
+/// How long a trace waits before it looks again whether it may go on.
+const MOMENT: Duration = Duration::from_millis(2);
 /// Entries of the library that a search finds.
 const MOST_ENTRIES: usize = 60;
 
@@ -54,6 +57,10 @@ pub(super) struct Session {
     /// Number of the newest request of each window, by kind.
     newest: Mutex<HashMap<String, Arc<AtomicU64>>>,
     traces: Arc<AtomicU64>,
+    /// Requests for first numbers that are worked on.
+    hurried: AtomicU64,
+    /// Threads of traces: what is asked meanwhile does not wait for their chunks.
+    tracers: ThreadPool,
 }
 
 /// What traces and editors change.
@@ -130,6 +137,8 @@ impl Session {
             state: Mutex::new(state),
             newest: Mutex::default(),
             traces: Arc::default(),
+            hurried: AtomicU64::default(),
+            tracers: ThreadPoolBuilder::new().num_threads(rayon::current_num_threads()).build()?,
         }))
     }
 
@@ -215,7 +224,7 @@ impl Session {
         drop(state);
         let session = Arc::clone(self);
         thread::spawn(move || {
-            let outcome = session.follow_trace(&text, &newest);
+            let outcome = session.tracers.install(|| session.follow_trace(&text, &newest));
             let mut state = session.locked();
             // A newer trace speaks for itself.
             if !newest.is_replaced() {
@@ -272,6 +281,14 @@ impl Session {
         Newest::of(newest.entry(format!("{kind} {window}")).or_default())
     }
 
+    /// Holds traces up, where `batches` says that these are first numbers.
+    fn hurry(&self, batches: Option<u32>) -> Option<Hurry<'_>> {
+        batches.map(|_| {
+            self.hurried.fetch_add(1, Ordering::SeqCst);
+            Hurry(&self.hurried)
+        })
+    }
+
     /// A response as it is heard, its parameters, and the index of a source of the scene in it.
     fn read_off(&self, response: Response, source: usize) -> Result<ReadOff, Refusal> {
         let source = of_sources(source, response.echograms().sources())?;
@@ -282,15 +299,18 @@ impl Session {
 
     /// Parameters, charts and reflections where the listener is.
     pub(super) fn render(&self, wish: &Render) -> Result<Answer, Refusal> {
-        let newest = self.newest("render", &wish.window);
+        let (newest, _first) = (self.newest("render", &wish.window), self.hurry(wish.batches));
         let (map, number) = self.map()?;
         let options = options(&wish.changes, wish.batches)?;
         let rendered = map.render(&[listener(wish.listener)], &options, &newest)?;
         newest.unless_replaced()?;
         let (response, all, source) = self.read_off(rendered.response, wish.source)?;
         let echograms = response.echograms();
-        let walls = map.walls()?;
-        let curves = Some(pair::curves(echograms, (source, 0), Some(&*walls)));
+        // Charts come with the last numbers.
+        let curves = match wish.batches {
+            None => Some(pair::curves(echograms, (source, 0), Some(&*map.walls()?))),
+            Some(_) => None,
+        };
         let pair = Pair { curves, ..Pair::of(&all[source], None) };
         newest.unless_replaced()?;
         Ok(Answer::Json(
@@ -332,7 +352,7 @@ impl Session {
 
     /// The impulse response at the ears of the listener.
     pub(super) fn sound(&self, wish: &Render) -> Result<Answer, Refusal> {
-        let newest = self.newest("sound", &wish.window);
+        let (newest, _first) = (self.newest("sound", &wish.window), self.hurry(wish.batches));
         let (map, _) = self.map()?;
         let options = RenderOptions { directions: true, ..options(&wish.changes, wish.batches)? };
         let response = map.render(&[listener(wish.listener)], &options, &newest)?.response;
@@ -464,6 +484,15 @@ impl Observer for Newest {
     }
 }
 
+/// Work on first numbers.
+struct Hurry<'a>(&'a AtomicU64);
+
+impl Drop for Hurry<'_> {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
 /// Follows a trace, until there is a newer one.
 struct Tracing<'a> {
     session: &'a Session,
@@ -472,6 +501,9 @@ struct Tracing<'a> {
 
 impl Observer for Tracing<'_> {
     fn progress(&self, _step: &str, share: f64) -> ControlFlow<()> {
+        while self.session.hurried.load(Ordering::SeqCst) > 0 && !self.newest.is_replaced() {
+            thread::sleep(MOMENT);
+        }
         self.newest.go_on()?;
         self.session.locked().share = Some(share);
         ControlFlow::Continue(())
