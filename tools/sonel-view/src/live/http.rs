@@ -5,7 +5,7 @@ use std::net::TcpListener;
 use std::sync::Arc;
 use std::time::Duration;
 
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use http_body_util::{BodyExt, Full, Limited};
 use hyper::body::{Bytes, Incoming};
 use hyper::http::request::Parts;
@@ -33,55 +33,37 @@ const NEXT_TRY: Duration = Duration::from_millis(50);
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; connect-src 'self'; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// A port of this machine.
-pub(super) struct Server(TcpListener);
-
 /// Who may ask: whoever knows the token, from a page of this server.
 pub(super) struct Guard {
-    token: String,
+    /// What requests must know.
+    pub token: String,
     hosts: [String; 2],
 }
 
-impl Server {
-    /// Listens at `port`, or at one that is free where that is 0.
-    ///
-    /// # Errors
-    /// When the port is taken.
-    pub(super) fn at(port: u16) -> anyhow::Result<Self> {
-        let listener = TcpListener::bind(("127.0.0.1", port));
-        Ok(Self(listener.with_context(|| format!("cannot listen at 127.0.0.1:{port}"))?))
-    }
-
-    /// Its port.
-    pub(super) fn port(&self) -> u16 {
-        self.0.local_addr().map_or(0, |address| address.port())
-    }
-
-    /// Answers requests for ever. One thread waits for all connections, so that those that send nothing cost nobody anything.
-    ///
-    /// # Errors
-    /// When the system has no events.
-    pub(super) fn run(self, guard: Guard, session: Arc<Session>) -> anyhow::Result<()> {
-        let runtime =
-            runtime::Builder::new_current_thread().enable_all().max_blocking_threads(AT_ONCE).build()?;
-        runtime.block_on(async {
-            self.0.set_nonblocking(true)?;
-            let (listener, guard) = (tokio::net::TcpListener::from_std(self.0)?, Arc::new(guard));
-            loop {
-                let Ok((stream, _)) = listener.accept().await else {
-                    time::sleep(NEXT_TRY).await;
-                    continue;
-                };
-                let (guard, session) = (Arc::clone(&guard), Arc::clone(&session));
-                let service =
-                    service_fn(move |request| answer(request, Arc::clone(&guard), Arc::clone(&session)));
-                let mut connection = http1::Builder::new();
-                connection.timer(TokioTimer::new()).header_read_timeout(LONGEST_WAIT);
-                // A browser that has gone away needs no answer.
-                task::spawn(connection.serve_connection(TokioIo::new(stream), service));
-            }
-        })
-    }
+/// Answers requests at `listener` for ever. One thread waits for all connections, so that those that send nothing cost nobody anything.
+///
+/// # Errors
+/// When the system has no events.
+pub(super) fn run(listener: TcpListener, guard: Guard, session: Arc<Session>) -> anyhow::Result<()> {
+    let runtime =
+        runtime::Builder::new_current_thread().enable_all().max_blocking_threads(AT_ONCE).build()?;
+    runtime.block_on(async {
+        listener.set_nonblocking(true)?;
+        let (listener, guard) = (tokio::net::TcpListener::from_std(listener)?, Arc::new(guard));
+        loop {
+            let Ok((stream, _)) = listener.accept().await else {
+                time::sleep(NEXT_TRY).await;
+                continue;
+            };
+            let (guard, session) = (Arc::clone(&guard), Arc::clone(&session));
+            let service =
+                service_fn(move |request| answer(request, Arc::clone(&guard), Arc::clone(&session)));
+            let mut connection = http1::Builder::new();
+            connection.timer(TokioTimer::new()).header_read_timeout(LONGEST_WAIT);
+            // A browser that has gone away needs no answer.
+            task::spawn(connection.serve_connection(TokioIo::new(stream), service));
+        }
+    })
 }
 
 impl Guard {
@@ -94,11 +76,6 @@ impl Guard {
         getrandom::fill(&mut random).map_err(|error| anyhow!("no random numbers: {error}"))?;
         let token = random.iter().map(|byte| format!("{byte:02x}")).collect();
         Ok(Self { token, hosts: [format!("127.0.0.1:{port}"), format!("localhost:{port}")] })
-    }
-
-    /// What requests must know.
-    pub(super) fn token(&self) -> &str {
-        &self.token
     }
 
     /// Where the page is.

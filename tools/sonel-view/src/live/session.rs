@@ -57,8 +57,8 @@ pub(super) struct Session {
     /// Number of the newest request of each window, by kind.
     newest: Mutex<HashMap<String, Arc<AtomicU64>>>,
     traces: Arc<AtomicU64>,
-    /// Requests for first numbers that are worked on.
-    hurried: AtomicU64,
+    /// Shared with each request for first numbers that is worked on: traces wait for these.
+    hurry: Arc<()>,
     /// Threads of traces: what is asked meanwhile does not wait for their chunks.
     tracers: ThreadPool,
 }
@@ -137,7 +137,7 @@ impl Session {
             state: Mutex::new(state),
             newest: Mutex::default(),
             traces: Arc::default(),
-            hurried: AtomicU64::default(),
+            hurry: Arc::default(),
             tracers: ThreadPoolBuilder::new().num_threads(rayon::current_num_threads()).build()?,
         }))
     }
@@ -180,10 +180,9 @@ impl Session {
                 Newest::of(&self.traces);
                 state.map = None;
                 (state.page, state.pages, state.files) = (page, number, written(scene.files()));
-                let text = scene.to_toml();
-                (state.text, state.scene) = (text.clone(), Some(Arc::new(scene)));
+                (state.text, state.scene) = (scene.to_toml(), Some(Arc::new(scene)));
                 drop(state);
-                self.trace(text);
+                self.trace(self.text());
             }
             Err(error) => self.locked().failure = Some(format!("{error:#}")),
         }
@@ -238,10 +237,8 @@ impl Session {
         let path = self.scene.as_deref().expect("only a scene is traced");
         let follower = Tracing { session: self, newest };
         let read = self.locked().scene.clone().filter(|read| read.to_toml() == text);
-        let scene = match read {
-            Some(read) => read,
-            None => Arc::new(Scene::load_text(text.to_owned(), path, &Silent)?),
-        };
+        let scene =
+            read.map_or_else(|| Scene::load_text(text.to_owned(), path, &Silent).map(Arc::new), Ok)?;
         // How long the room rings takes a run of its own: the first map lasts as long as the last one, or as Sabine says.
         let last = self.locked().map.as_ref().map(|map| map.sonels().header().scene.duration);
         let first = FIRST_PACKETS.min(self.packets.unwrap_or(FIRST_PACKETS));
@@ -281,14 +278,6 @@ impl Session {
         Newest::of(newest.entry(format!("{kind} {window}")).or_default())
     }
 
-    /// Holds traces up, where `batches` says that these are first numbers.
-    fn hurry(&self, batches: Option<u32>) -> Option<Hurry<'_>> {
-        batches.map(|_| {
-            self.hurried.fetch_add(1, Ordering::SeqCst);
-            Hurry(&self.hurried)
-        })
-    }
-
     /// A response as it is heard, its parameters, and the index of a source of the scene in it.
     fn read_off(&self, response: Response, source: usize) -> Result<ReadOff, Refusal> {
         let source = of_sources(source, response.echograms().sources())?;
@@ -299,7 +288,8 @@ impl Session {
 
     /// Parameters, charts and reflections where the listener is.
     pub(super) fn render(&self, wish: &Render) -> Result<Answer, Refusal> {
-        let (newest, _first) = (self.newest("render", &wish.window), self.hurry(wish.batches));
+        let (newest, _first) =
+            (self.newest("render", &wish.window), wish.batches.map(|_| Arc::clone(&self.hurry)));
         let (map, number) = self.map()?;
         let options = options(&wish.changes, wish.batches)?;
         let rendered = map.render(&[listener(wish.listener)], &options, &newest)?;
@@ -352,7 +342,8 @@ impl Session {
 
     /// The impulse response at the ears of the listener.
     pub(super) fn sound(&self, wish: &Render) -> Result<Answer, Refusal> {
-        let (newest, _first) = (self.newest("sound", &wish.window), self.hurry(wish.batches));
+        let (newest, _first) =
+            (self.newest("sound", &wish.window), wish.batches.map(|_| Arc::clone(&self.hurry)));
         let (map, _) = self.map()?;
         let options = RenderOptions { directions: true, ..options(&wish.changes, wish.batches)? };
         let response = map.render(&[listener(wish.listener)], &options, &newest)?.response;
@@ -484,15 +475,6 @@ impl Observer for Newest {
     }
 }
 
-/// Work on first numbers.
-struct Hurry<'a>(&'a AtomicU64);
-
-impl Drop for Hurry<'_> {
-    fn drop(&mut self) {
-        self.0.fetch_sub(1, Ordering::SeqCst);
-    }
-}
-
 /// Follows a trace, until there is a newer one.
 struct Tracing<'a> {
     session: &'a Session,
@@ -501,7 +483,7 @@ struct Tracing<'a> {
 
 impl Observer for Tracing<'_> {
     fn progress(&self, _step: &str, share: f64) -> ControlFlow<()> {
-        while self.session.hurried.load(Ordering::SeqCst) > 0 && !self.newest.is_replaced() {
+        while Arc::strong_count(&self.session.hurry) > 1 && !self.newest.is_replaced() {
             thread::sleep(MOMENT);
         }
         self.newest.go_on()?;
