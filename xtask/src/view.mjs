@@ -2,7 +2,7 @@
 // Prints what it measured as JSON; fails where a script fails or the page does not do what it says.
 import { chromium } from "playwright-core";
 import { spawn } from "node:child_process";
-import { readFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 
 const [program, file, folder, report] = process.argv.slice(2);
 const PATIENCE = { timeout: 60000 };
@@ -137,14 +137,80 @@ try {
   // Sound runs.
   await unfold("sounding");
   await page.selectOption("#signal", "speech");
+  const played = Date.now();
   await page.click("#play");
-  await page.waitForFunction(() => hearing?.chain && hearing.context.state === "running", null, PATIENCE);
+  await page.waitForFunction(() => hearing?.chains.length && hearing.context.state === "running", null, PATIENCE);
   await page.waitForFunction(() => {
     const samples = new Float32Array(hearing.meter.fftSize);
     hearing.meter.getFloatTimeDomainData(samples);
     return samples.some((sample) => Math.abs(sample) > 1e-3);
   }, null, PATIENCE);
+  measured.latency_ms.sound = Date.now() - played;
   await page.click("#stop");
+
+  // Steady noise on the left channel of a file, through responses that change five times a second: both ears hear it, and nothing dips or swells.
+  const walked = (breaks) => page.evaluate(async (breaks) => {
+    let seed = 1;
+    const random = () => { seed = (seed * 1664525 + 1013904223) % 4294967296; return seed / 2147483648 - 1; };
+    const context = new OfflineAudioContext(2, 6 * RATE_HZ, RATE_HZ), walker = new Hearing(context), noise = context.createBuffer(2, RATE_HZ, RATE_HZ);
+    noise.copyToChannel(Float32Array.from({ length: RATE_HZ }, random), 0);
+    const response = () => Float32Array.from({ length: 2 * RATE_HZ }, (_, at) => random() * Math.exp(-6.9 * (at % RATE_HZ) / RATE_HZ));
+    walker.begin(noise);
+    walker.hear(response());
+    for (let step = 0; step < 20; step++) context.suspend(1.5 + 0.2 * step).then(() => {
+      walker.hear(response());
+      if (breaks) walker.chains.slice(0, -1).forEach(({ level }) => level.disconnect());
+      context.resume();
+    });
+    const heard = await context.startRendering(), levels = [0, 1].map((ear) => {
+      const samples = heard.getChannelData(ear), window = 0.1 * RATE_HZ;
+      return Array.from({ length: 45 }, (_, at) => 10 * Math.log10(samples.subarray((at + 15) * window, (at + 16) * window).reduce((sum, value) => sum + value * value, 0)));
+    });
+    return [Math.max(...levels.flat()) - Math.min(...levels.flat()), walker.chains.length];
+  }, breaks);
+  const [range, rings] = await walked(false), [broken] = await walked(true);
+  check(range < 2 && rings > 2, `steady noise varies by ${range} dB on a walk`);
+  check(broken > 3, `a walk that loses its reverberation goes unnoticed: ${broken} dB`);
+  measured.walk_db = range;
+
+  // Receivers are added, renamed and removed, each step can be undone; numbers, places and the picture are files.
+  await unfold("receiving");
+  const names = () => page.$$eval("#receivers input", (inputs) => inputs.map(({ value }) => value));
+  const known = await names();
+  await page.click("#add");
+  check((await names()).length === known.length + 1 && await page.evaluate(() => view.receivers.length === wanted.receivers.length), "a receiver is added");
+  await page.fill("#receivers tr:last-child input", "front row, \"A\"");
+  await page.press("#receivers tr:last-child input", "Enter");
+  const saved = async (button) => readFileSync(await (await Promise.all([page.waitForEvent("download"), page.click(button)]))[0].path());
+  const places = String(await saved("#places"));
+  check(places.startsWith("name,x,y,z\n") && places.split("\n").at(-2).startsWith('"front row, ""A""",'), `places as a file: ${places}`);
+  await unfold("numbers");
+  const cells = String(await saved("#csv")).trim().split("\n").map((line) => line.split(","));
+  check(cells.every((line) => line.length === cells[0].length) && cells.filter((line) => line[4] === "T30").length === plain.length, "numbers as a file");
+  check((await saved("#png")).subarray(1, 4).toString() === "PNG", "the view as a file");
+  await unfold("receiving");
+  await page.click("#receivers tr:last-child button >> nth=1");
+  check(JSON.stringify(await names()) === JSON.stringify(known), "a receiver is removed");
+
+  // The view by keys and the cut.
+  const looks = await page.evaluate(() => {
+    const at = [], look = () => at.push(view.camera.position.toArray().map((value) => value.toFixed(3)).join());
+    const press = (key, shiftKey) => { byId("room").dispatchEvent(new KeyboardEvent("keydown", { key, shiftKey, cancelable: true })); look(); };
+    press("Home");
+    for (const key of ["ArrowLeft", "ArrowUp"]) press(key, true);
+    for (const key of ["+", "-"]) press(key, false);
+    press("Home");
+    byId("across").value = "1";
+    byId("cut").value = "0.5";
+    byId("cut").dispatchEvent(new Event("input"));
+    const { normal, constant } = view.cut, middle = view.box.getCenter(new THREE.Vector3());
+    at.push(Math.abs(normal.dot(middle) + constant) < 1e-3);
+    byId("across").value = "";
+    byId("cut").value = "1";
+    byId("cut").dispatchEvent(new Event("input"));
+    return at;
+  });
+  check(new Set(looks.slice(0, 4)).size === 4 && looks[5] === looks[0] && looks[4] === looks[2] && looks[6], `keys turn the view: ${looks}`);
 
   // Saved commands; xtask runs them and compares.
   await unfold("saving");
@@ -173,25 +239,26 @@ try {
   const acted = await page.evaluate(async () => {
     let seed = 1;
     const random = () => { seed = (seed * 1664525 + 1013904223) % 4294967296; return seed / 4294967296; };
-    const times = () => [...document.querySelectorAll("tr[data-key=t30_s] td")].map((place) => Number(place.dataset.value));
+    const numbers = () => [...document.querySelectorAll("#parameters tr[data-key] td")].map(({ dataset }) => dataset.value === undefined ? null : Number(dataset.value));
     const near = (at) => at.map((value) => value + 0.2 * (random() - 0.5));
     const [home, sources] = [wanted.listener, wanted.sources], { absorption } = shown.room.materials[0];
+    const stand = byId("stand"), receive = () => { stand.selectedIndex = 1 + Math.floor(random() * wanted.receivers.length); stand.onchange(); };
     const acts = [() => moveListener(near(home)), () => changeMaterial(shown.room.materials[0], absorption.map((value) => Math.min(1, value + 0.05 * random()))),
-      () => dropSource(0, near(sources[0])), () => byId("original").click()];
+      () => dropSource(0, near(sources[0])), () => byId("original").click(), receive];
     // Whether what is shown is grey or true; null where the state changed meanwhile.
     const isTrue = async () => {
       if (byId("side").classList.contains("stale")) return true;
-      const [state, map, at, batches] = [wish(), shown.maps, times(), shown.of.answer.batches];
+      const [state, map, at, batches] = [wish(), shown.maps, numbers(), shown.of.answer.batches];
       const fresh = await server.ask("render", { ...state, window: "fresh", batches });
       if (fresh.map !== map || !same(state, wish())) return null;
-      const { single, values } = rowOf(fresh.pair.parameters, "t30_s");
-      return same(wanted.sources[0], fresh.pair.sourceAt) && same([single, ...values].map(([value]) => value), at);
+      const all = fresh.pair.parameters.flatMap(({ single, values }) => [single, ...values]).map((entry) => isKnown(entry) ? entry[0] : null);
+      return same(wanted.sources[0], fresh.pair.sourceAt) && same(all, at);
     };
     const calm = async () => { while (shown.isStale) await new Promise((later) => setTimeout(later, 50)); };
     const found = { acts: 0, compared: 0, untrue: 0 };
     while (found.acts < 100) {
       // A source that moves is traced anew: one act in ten.
-      acts[random() < 0.1 ? 2 : [0, 1, 3][Math.floor(3 * random())]]();
+      acts[random() < 0.1 ? 2 : [0, 1, 3, 4][Math.floor(4 * random())]]();
       found.acts++;
       await new Promise((later) => setTimeout(later, 400 * random()));
       if (found.acts % 5 === 0) await calm();
@@ -225,6 +292,15 @@ try {
   check(await page.evaluate((at) => same(shown.keptAt.listener, at) && Math.abs(wanted.listener[0] - at[0] - 0.1) < 2e-3, home), "a reload keeps place and A");
   await page.click("#undo");
   await page.waitForFunction((at) => same(wanted.listener, at), home, PATIENCE);
+  await settled();
+
+  // The scene is edited: what is wrong is said, what is right is shown.
+  const scene = readFileSync(file, "utf8");
+  await page.waitForTimeout(50);
+  writeFileSync(file, "name = ");
+  await page.waitForFunction(() => byId("job").textContent.includes("scene.toml"), null, PATIENCE);
+  writeFileSync(file, scene.replace(/^name = .*$/m, "name = \"edited\""));
+  await page.waitForFunction(() => document.title.includes("edited") && shown.maps, null, PATIENCE);
   await settled();
 
   // Narrow, and on paper.

@@ -44,6 +44,11 @@ impl Map {
         }
     }
 
+    /// A map that was traced within walls of its scene.
+    pub(crate) fn within(map: SonelMap, label: String, walls: Arc<Geometry>) -> Self {
+        Self { geometry: walls.into(), ..Self::of(map, label) }
+    }
+
     /// Opens the map in a file of `sonel-trace` or [`Self::save`].
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 // What is shown, and of the map that the server has.
 const shown = { page: null, room: null, pair: null, kept: null, maps: 0, steps: [], map: null, over: null };
 // What the reader wants: one state. An answer is valid as long as it is of this state and of the newest map.
-const wanted = { listener: null, source: 0, changes: {}, sources: [], kept: null };
+const wanted = { listener: null, source: 0, changes: {}, sources: [], kept: null, receivers: [] };
 let view, server, hearing;
 
 async function start() {
@@ -25,7 +25,9 @@ async function start() {
   byId("whole").onclick = () => view.whole();
   byId("above").onclick = () => view.above();
   byId("wire").onchange = (event) => view.setWire(event.target.checked);
-  byId("cut").oninput = (event) => view.setCut(Number(event.target.value));
+  byId("cut").oninput = byId("across").onchange = () => view.setCut(Number(byId("cut").value), byId("across").value);
+  byId("axes").onchange = (event) => view.setAxes(event.target.checked);
+  byId("png").onclick = () => view.picture()?.toBlob((blob) => download("room.png", blob));
   byId("ways").onchange = showWays;
   const choose = byId("pair");
   page.pairs.forEach((pair) => choose.append(make("option", pairName(page, pair))));
@@ -39,7 +41,7 @@ async function start() {
   byId("choose").hidden = page.pairs.length < 2;
   if (page.pairs.length) chosen();
   byId("curves").hidden = !page.pairs.length;
-  const picture = () => { if (byId("picture")) byId("picture").src = view.picture(); };
+  const picture = () => { if (byId("picture")) byId("picture").src = view.picture()?.toDataURL() ?? ""; };
   picture();
   addEventListener("beforeprint", picture);
   if (server) serve();
@@ -49,9 +51,8 @@ async function start() {
 function show(pair, hasCharts = true, isPart = false) {
   shown.pair = pair;
   showParameters(pair, shown.kept, isPart);
-  if (!hasCharts) return;
-  showCurves(pair);
   showWays();
+  if (hasCharts) showCurves(pair); else showOver(pair);
 }
 
 function showWays() {
@@ -149,12 +150,12 @@ const wish = () => ({ listener: wanted.listener, source: wanted.source, changes:
 const isWanted = (answer, of) => answer.map === shown.maps && same(of, wish()) && same(wanted.sources, placesOf(shown.room));
 
 const rendering = new Steps("render", (answer, of, { isFirst, isLast }) => {
-  show(answer.pair, isFirst || isLast, answer.batches !== null);
+  show(answer.pair, isLast, answer.batches !== null);
   shown.of = { answer, wish: of };
   check();
   if (!shown.isStale) byId("retrace").hidden = true;
-  if (isFirst && !shown.isStale) say(answer.warnings.join(" "));
-  if (isLast && hearing?.source) refreshSound();
+  if (isFirst && !shown.isStale) say([shown.failure, ...answer.warnings].filter(Boolean).join(" "), Boolean(shown.failure));
+  if (isFirst && hearing?.source) refreshSound();
   if (isLast) recallA();
 });
 rendering.failed = (error) => {
@@ -166,14 +167,16 @@ rendering.failed = (error) => {
 function check() {
   const is = !shown.of || !isWanted(shown.of.answer, shown.of.wish);
   shown.isStale = is;
-  for (const id of ["side", "curves"]) byId(id).classList.toggle("stale", is);
+  byId("side").classList.toggle("stale", is);
+  // Charts come with the last numbers.
+  byId("curves").classList.toggle("stale", is || !shown.pair.curves);
   byId("parameters").setAttribute("aria-busy", String(is));
-  byId("keep").disabled = byId("save").disabled = is;
+  byId("keep").disabled = byId("save").disabled = byId("csv").disabled = is;
 }
 
 // The address says the state, and is a step that can be undone; steps within a second are one, as of a drag.
 function remember() {
-  const address = `#${encodeURIComponent(JSON.stringify({ ...wish(), kept: wanted.kept }))}`;
+  const address = `#${encodeURIComponent(JSON.stringify({ ...wish(), kept: wanted.kept, receivers: same(wanted.receivers, shown.room.receivers) ? undefined : wanted.receivers }))}`;
   if (address === location.hash) return;
   const isOne = performance.now() - (shown.remembered ?? 0) < 1000;
   history[isOne || !location.hash ? "replaceState" : "pushState"](null, "", address);
@@ -189,8 +192,8 @@ function changed(isMoved = false) {
   render();
 }
 
-// Numbers of batches; the last, all, is that of the commands that are shown.
-const steps = () => [...shown.steps.slice(0, -1), null];
+// Numbers of batches: few for numbers at once; all, as the commands that are shown. What is deterministic is found anew in each step.
+const steps = () => [...shown.steps.slice(0, -1).slice(0, 1), null];
 function render() {
   check();
   // Until a moved source is traced, every answer would be of its former place.
@@ -208,7 +211,7 @@ const millimetres = (at) => at.map((value) => Math.round(1000 * value) / 1000);
 function moveListener(at) {
   wanted.listener = millimetres(at);
   ["x", "y", "z"].forEach((axis, index) => { byId(axis).value = wanted.listener[index]; });
-  byId("stand").selectedIndex = 1 + shown.room.receivers.findIndex((one) => same(millimetres(one.at), wanted.listener));
+  showStand();
   view.moveListener(wanted.listener);
   changed(true);
 }
@@ -241,10 +244,15 @@ function serve() {
     };
   });
   const stand = byId("stand");
-  room.receivers.forEach((one) => stand.append(make("option", one.name)));
-  stand.onchange = () => moveListener(stand.selectedIndex ? room.receivers[stand.selectedIndex - 1].at : wanted.listener);
+  stand.onchange = () => moveListener(stand.selectedIndex ? wanted.receivers[stand.selectedIndex - 1].at : wanted.listener);
+  byId("add").onclick = () => {
+    const names = wanted.receivers.map(({ name }) => name), free = names.map((_, index) => `receiver ${index + 1}`).find((name) => !names.includes(name));
+    changeReceivers([...wanted.receivers, { name: free ?? `receiver ${names.length + 1}`, at: wanted.listener }]);
+  };
+  byId("places").onclick = () => download("receivers.csv", csv([["name", "x", "y", "z"], ...wanted.receivers.map(({ name, at }) => [name, ...at])]));
+  byId("csv").onclick = () => download("numbers.csv", csv([CSV_HEAD, ...shown.pair.parameters.flatMap((row) => csvRows(row, wanted.listener, shown.pair.bands))]));
   view.onPick = ({ receiver, material }) => {
-    if (receiver !== undefined) return moveListener(room.receivers[receiver].at);
+    if (receiver !== undefined) return moveListener(wanted.receivers[receiver].at);
     chooseMaterial(material);
     openTab("materialsSection");
   };
@@ -279,6 +287,7 @@ function restore(first) {
   if (state.source in wanted.sources) byId("source").selectedIndex = wanted.source = state.source;
   wanted.changes = { ...state.changes };
   wanted.kept = state.kept ?? null;
+  showReceivers(state.receivers ?? shown.room.receivers);
   shown.isRestored = Boolean(state.listener);
   moveListener(state.listener ?? first);
   showMaterials();
@@ -287,8 +296,57 @@ function restore(first) {
   if (!same(wanted.kept, shown.keptAt ?? null)) forgetA();
 }
 
+function changeReceivers(receivers) {
+  showReceivers(receivers);
+  showStand();
+  remember();
+  byId("saved").replaceChildren();
+}
+
+// The receiver that the listener is at.
+function showStand() {
+  byId("stand").selectedIndex = 1 + wanted.receivers.findIndex((one) => same(millimetres(one.at), wanted.listener));
+}
+
+// The list of receivers: a name can be written over, a click leads there.
+function showReceivers(receivers) {
+  wanted.receivers = receivers;
+  view.placeReceivers(receivers);
+  byId("stand").replaceChildren(...["anywhere", ...receivers.map(({ name }) => name)].map((name) => make("option", name)));
+  byId("places").disabled = !receivers.length;
+  const rows = receivers.map(({ name, at }, index) => {
+    const own = make("td"), input = Object.assign(make("input"), { value: name, ariaLabel: `name of receiver ${index + 1}` });
+    input.onchange = () => {
+      const isFree = input.value.trim() && receivers.every((one) => one.name !== input.value.trim());
+      if (isFree) return changeReceivers(receivers.with(index, { name: input.value.trim(), at }));
+      input.value = name;
+      say("a receiver has a name of its own", true);
+    };
+    own.append(input);
+    const acts = make("td"), [go, remove] = ["Go", "Remove"].map((text) => Object.assign(make("button", text), { ariaLabel: `${text} ${text === "Go" ? "to " : ""}${name}` }));
+    go.onclick = () => moveListener(at);
+    remove.onclick = () => changeReceivers(receivers.toSpliced(index, 1));
+    acts.append(go, " ", remove);
+    return [own, ...at.map((value) => value.toFixed(2)), acts];
+  });
+  byId("receivers").replaceChildren(...table(["name", "x [m]", "y [m]", "z [m]", "actions"], rows).firstChild.children);
+}
+
+// Values as a table for other programs.
+const CSV_HEAD = ["source", "x_m", "y_m", "z_m", "parameter", "unit", "band_hz", "value", "half_width", "missing"];
+const csv = (rows) => rows.map((row) => row.map((text) => /[",\n]/.test(text) ? `"${`${text}`.replaceAll('"', '""')}"` : text).join()).join("\n") + "\n";
+function csvRows({ symbol, unit, single, values }, at, bands) {
+  const line = (band, entry) => [shown.room.sources[wanted.source].name, ...at, symbol, unit, band, ...isKnown(entry) ? [entry[0], typeof entry[1] === "number" ? entry[1] : "", ""] : ["", "", entry]];
+  return [line("mid", single), ...values.map((entry, band) => line(bands[band], entry))];
+}
+function download(name, content) {
+  const link = Object.assign(make("a"), { href: URL.createObjectURL(new Blob([content])), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
 // Parts of the panel, one at a time.
-const TABS = { numbers: "Numbers", curves: "Curves", materialsSection: "Materials", mapping: "Map", sounding: "Sound", saving: "Save", faultsSection: "Check" };
+const TABS = { numbers: "Numbers", curves: "Curves", materialsSection: "Materials", receiving: "Receivers", mapping: "Map", sounding: "Sound", saving: "Save", faultsSection: "Check" };
 function tabs() {
   for (const [id, name] of Object.entries(TABS)) {
     if (id === "faultsSection" && !shown.room.faults.length) continue;
@@ -309,9 +367,12 @@ function walkByKeys() {
   const step = 0.1, up = new THREE.Vector3(...shown.room.up);
   const ways = { ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1] };
   byId("room").addEventListener("keydown", (event) => {
-    const way = ways[event.key];
-    if (!way) return;
+    const way = ways[event.key], nearer = { "+": 0.9, "-": 1 / 0.9 }[event.key];
+    if (!way && !nearer && event.key !== "Home") return;
     event.preventDefault();
+    if (event.key === "Home") return view.whole();
+    if (nearer) return view.turn(0, 0, nearer);
+    if (event.shiftKey) return view.turn(0.1 * way[0], 0.1 * (way[1] + way[2]));
     const side = new THREE.Vector3().setFromMatrixColumn(view.camera.matrixWorld, 0).projectOnPlane(up).normalize();
     const ahead = new THREE.Vector3().crossVectors(up, side);
     const moved = new THREE.Vector3().addScaledVector(side, way[0]).addScaledVector(ahead, way[1]).addScaledVector(up, way[2]);
@@ -322,18 +383,21 @@ function walkByKeys() {
 // The trace, as far as it is; a new map is rendered.
 async function follow() {
   let wait = 1000;
+  shown.next = null;
   try {
     const state = await server.ask("state");
     if (shown.isLost) {
       shown.isLost = false;
       render();
     }
+    // An editor has written the scene.
+    if (shown.page.live.number !== state.pages) return location.reload();
     shown.canTrace = state.can_trace;
     shown.share = state.share;
     byId("move").disabled = !state.can_trace;
     view.canTrace = state.can_trace;
     if (state.share !== null) {
-      wait = 150;
+      wait = isTraced() ? 150 : 30;
       const bar = Object.assign(make("progress"), { max: 1, value: state.share });
       bar.setAttribute("aria-label", "progress of the trace");
       byId("job").replaceChildren("Tracing the scene … ", bar);
@@ -342,7 +406,7 @@ async function follow() {
       shown.failure = state.failure;
       if (state.failure) refuse(state.failure);
     }
-    if (state.maps !== shown.maps) {
+    if (state.map && state.maps !== shown.maps) {
       shown.maps = state.maps;
       shown.steps = state.map.steps;
       const isOwn = same(wanted.sources, placesOf(shown.room));
@@ -370,8 +434,11 @@ async function follow() {
     shown.isLost = true;
     say(`sonel-view does not answer: ${error.message}`, true);
   }
-  setTimeout(follow, wait);
+  shown.next = setTimeout(follow, wait);
 }
+
+// Whether there is a map of the sources where they are.
+const isTraced = () => shown.maps > 0 && same(wanted.sources, placesOf(shown.room));
 
 async function trace(sources) {
   wanted.sources = sources;
@@ -381,14 +448,20 @@ async function trace(sources) {
     await server.ask("trace", { sources, changes: wanted.changes });
     shown.failure = null;
     byId("retrace").hidden = true;
+    if (shown.next) {
+      clearTimeout(shown.next);
+      follow();
+    }
   } catch (error) { refuse(error.message); }
 }
 
 // A source that was dragged is again where the map has it.
 function refuse(message) {
-  wanted.sources = placesOf(shown.room);
-  view.placeSources(wanted.sources);
-  render();
+  if (!same(wanted.sources, placesOf(shown.room))) {
+    wanted.sources = placesOf(shown.room);
+    view.placeSources(wanted.sources);
+    render();
+  }
   say(message, true);
 }
 
@@ -478,6 +551,10 @@ function maps() {
   };
   parameter.onchange = band.onchange = paint;
   byId("unpaint").onclick = () => { removeMap(); say(""); };
+  byId("mapCsv").onclick = () => {
+    const { at, parameters } = shown.map, row = parameters[byId("shown").selectedIndex];
+    download("map.csv", csv([CSV_HEAD, ...at.flatMap((place, index) => csvRows({ ...row, single: row.single[index], values: row.bands.map((band) => band[index]) }, place, shown.room.bands))]));
+  };
 }
 
 const painting = new Steps("grid", (answer) => {
@@ -490,7 +567,7 @@ function removeMap() {
   painting.drop();
   shown.map = null;
   view.unpaint();
-  byId("unpaint").hidden = true;
+  byId("unpaint").hidden = byId("mapCsv").hidden = true;
   byId("mapped").replaceChildren();
 }
 
@@ -505,7 +582,7 @@ function paint() {
   const step = noticeable * Math.max(1, Math.ceil((range[1] - range[0]) / noticeable / 12));
   const levels = Array.from({ length: 12 }, (_, index) => step * (Math.ceil(range[0] / step) + index)).filter((level) => level < range[1]);
   view.paint(shown.map.at, shown.map.spacing, entries, unit, range, levels);
-  byId("unpaint").hidden = false;
+  byId("unpaint").hidden = byId("mapCsv").hidden = false;
   const scale = make("span");
   scale.id = "scale";
   scale.style.background = `linear-gradient(to right, ${RAMP.map((color) => `rgb(${color})`).join(",")})`;
@@ -537,7 +614,7 @@ async function library() {
 
 async function save() {
   try {
-    const { files, commands } = await server.ask("save", { listener: wanted.listener, changes: wanted.changes });
+    const { files, commands } = await server.ask("save", { listener: wanted.listener, changes: wanted.changes, receivers: same(wanted.receivers, shown.room.receivers) ? [] : wanted.receivers.map(({ name, at }) => [name, at]) });
     const written = files.length ? `# written: ${files.join(", ")}\n` : "# nothing was changed: no file is needed\n";
     byId("saved").textContent = written + commands.join("\n");
   } catch (error) { say(error.message, true); }

@@ -134,19 +134,50 @@ class RoomView {
     this.box = new THREE.Box3();
     this.box.setFromObject(this.walls);
     for (const point of [...this.room.sources, ...this.room.receivers]) this.box.expandByPoint(this.local(point.at));
-    const corners = [this.box.min, this.box.max].map((corner) => corner.dot(this.up));
-    [this.low, this.high] = [Math.min(...corners), Math.max(...corners)];
+  }
+
+  // Three edges of the box of the room with their coordinates in metres.
+  ruler() {
+    const { min } = this.box, size = this.box.getSize(new THREE.Vector3()), rough = Math.max(...size.toArray()) / 8;
+    const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((step) => step >= rough) ?? 5000, ends = [];
+    this.ticks = [];
+    const note = (text, at) => this.ticks.push({ body: { position: at }, text: make("span", text, "tick") });
+    for (const axis of [0, 1, 2]) {
+      const along = (metres) => min.clone().setComponent(axis, metres), out = axis === 2 ? 0 : 2, [low, origin] = [min.getComponent(axis), this.room.origin[axis]];
+      const high = low + size.getComponent(axis);
+      ends.push(along(low), along(high));
+      for (let at = Math.ceil((low + origin) / step) * step; at - origin <= high + 1e-6; at += step) {
+        const end = along(at - origin);
+        end.setComponent(out, end.getComponent(out) - 0.012 * this.size);
+        ends.push(along(at - origin), end);
+        note(`${at}`, end);
+      }
+      note(`${"xyz"[axis]} [m]`, along(high + 0.03 * this.size));
+    }
+    this.axes = new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(ends), new THREE.LineBasicMaterial({ color: "#888" }));
+    this.points.add(this.axes);
+  }
+
+  spot(shape, color, at, name) {
+    const mesh = new THREE.Mesh(shape, new THREE.MeshBasicMaterial({ color }));
+    mesh.position.copy(this.local(at));
+    mesh.userData.name = name;
+    this.points.add(mesh);
+    return mesh;
+  }
+
+  // The receivers, and the names of all that has one.
+  placeReceivers(receivers) {
+    this.points.remove(...this.receivers ?? []);
+    this.receivers = receivers.map(({ name, at }) => this.spot(new THREE.SphereGeometry(0.0084 * this.size, 16, 12), "#7f7f7f", at, `receiver ${name}`));
+    const bodies = [...this.sources, ...this.receivers], named = [...this.room.sources, ...receivers];
+    this.names = [...named.map(({ name }, index) => ({ body: bodies[index], text: make("span", name) })), ...this.ticks];
+    byId("names").replaceChildren(...this.names.map(({ text }) => text));
+    this.draw();
   }
 
   spots() {
-    const radius = 0.012 * this.size;
-    const spot = (shape, color, at, name) => {
-      const mesh = new THREE.Mesh(shape, new THREE.MeshBasicMaterial({ color }));
-      mesh.position.copy(this.local(at));
-      mesh.userData.name = name;
-      this.points.add(mesh);
-      return mesh;
-    };
+    const radius = 0.012 * this.size, spot = this.spot.bind(this);
     this.sources = this.room.sources.map((source) => {
       const body = spot(new THREE.OctahedronGeometry(1.3 * radius), "#d62728", source.at, `source ${source.name}`);
       if (source.directivity && source.directivity !== "omni" && source.aim) {
@@ -156,11 +187,8 @@ class RoomView {
       }
       return body;
     });
-    const known = this.room.receivers.map((receiver) => spot(new THREE.SphereGeometry(0.7 * radius, 16, 12), "#7f7f7f", receiver.at, `receiver ${receiver.name}`));
-    this.receivers = known;
-    const named = [...this.room.sources, ...this.room.receivers], bodies = [...this.sources, ...known];
-    this.names = named.map(({ name }, index) => ({ body: bodies[index], text: make("span", name) }));
-    byId("names").replaceChildren(...this.names.map(({ text }) => text));
+    this.ruler();
+    this.placeReceivers(this.room.receivers);
     this.listener = spot(new THREE.SphereGeometry(1.2 * radius, 24, 16), "#e6a100", this.room.receivers[0]?.at ?? this.room.origin, "listener");
   }
 
@@ -231,8 +259,29 @@ class RoomView {
     this.draw();
   }
 
-  setCut(part) {
-    this.cut.constant = part >= 1 ? Infinity : this.low + part * (this.high - this.low) + 1e-6;
+  // Leaves the room up to a part of its size along an axis, or along what is up.
+  setCut(part, axis) {
+    const across = axis === "" ? this.up : new THREE.Vector3().setComponent(Number(axis), 1);
+    const ends = [this.box.min, this.box.max].map((corner) => corner.dot(across)), low = Math.min(...ends);
+    this.cut.normal.copy(across).negate();
+    this.cut.constant = part >= 1 ? Infinity : low + part * (Math.max(...ends) - low) + 1e-6;
+    this.draw();
+  }
+
+  setAxes(on) {
+    this.axes.visible = on;
+    this.ticks.forEach(({ text }) => text.classList.toggle("closed", !on));
+    this.draw();
+  }
+
+  // Turns the view about what it looks at, to the right and up, and goes nearer to it.
+  turn(right, rise, nearer = 1) {
+    const arm = this.camera.position.clone().sub(this.controls.target).applyAxisAngle(this.up, right).multiplyScalar(nearer);
+    const down = Math.min(Math.max(arm.angleTo(this.up) - rise, 0.01), Math.PI - 0.01) - arm.angleTo(this.up);
+    arm.applyAxisAngle(new THREE.Vector3().crossVectors(this.up, arm).normalize(), down);
+    this.isTurned = true;
+    this.camera.position.copy(this.controls.target).add(arm);
+    this.controls.update();
     this.draw();
   }
 
@@ -293,11 +342,16 @@ class RoomView {
     this.camera.updateProjectionMatrix();
   }
 
-  // What is seen now, for paper.
+  // What is seen now, with names, for paper and files.
   picture() {
-    if (!this.renderer) return "";
+    if (!this.renderer) return null;
     this.renderer.render(this.scene, this.camera);
-    return this.canvas.toDataURL();
+    const sheet = Object.assign(make("canvas"), { width: this.canvas.width, height: this.canvas.height }), pen = sheet.getContext("2d");
+    pen.drawImage(this.canvas, 0, 0);
+    pen.scale(window.devicePixelRatio, window.devicePixelRatio);
+    pen.font = "12px system-ui,sans-serif";
+    for (const { text, x, y } of this.placeNames()) pen.fillText(text.textContent, x, y + 14);
+    return sheet;
   }
 
   draw() {
@@ -311,18 +365,20 @@ class RoomView {
     });
   }
 
-  // Names stand beside what they are of; of many the nearest to the reader.
+  // Names stand beside what they are of; of many the nearest to the reader, before coordinates. Those that are seen are returned.
   placeNames() {
     const { clientWidth, clientHeight } = this.canvas, taken = [];
-    const seen = this.names.map(({ body, text }) => ({ text, at: body.position.clone().project(this.camera) })).sort((one, other) => one.at.z - other.at.z);
+    const isTick = ({ text }) => text.classList.contains("tick");
+    const seen = this.names.map((name) => ({ ...name, at: name.body.position.clone().project(this.camera) })).sort((one, other) => isTick(one) - isTick(other) || one.at.z - other.at.z);
     for (const { text, at } of seen) {
-      const x = (at.x + 1) / 2 * clientWidth + 9, y = (1 - at.y) / 2 * clientHeight - 9;
-      const isFree = Math.abs(at.z) < 1 && taken.every(([left, top]) => Math.abs(left - x) > 70 || Math.abs(top - y) > 14);
-      text.hidden = !isFree;
-      if (!isFree) continue;
-      taken.push([x, y]);
+      const wide = 10 + 7 * text.textContent.length, x = Math.min((at.x + 1) / 2 * clientWidth + 9, clientWidth - wide), y = (1 - at.y) / 2 * clientHeight - 9;
+      const isFree = Math.abs(at.z) < 1 && taken.every((one) => x + wide < one.x || one.x + one.wide < x || Math.abs(one.y - y) > 14);
+      text.hidden = !isFree || text.classList.contains("closed");
+      if (text.hidden) continue;
+      taken.push({ text, x, y, wide });
       text.style.transform = `translate(${x}px, ${y}px)`;
     }
+    return taken;
   }
 
   // The listener or a source follows the mouse in its plane; with the shift key up and down. Elsewhere the mouse turns the room.

@@ -1,7 +1,12 @@
-// Hearing: a dry sound through the impulse responses at the ears, at equal level, cross-faded while the listener walks.
+// Hearing: a dry sound through the impulse responses at the ears, at equal level. While the listener walks, the dry sound goes over from one
+// response to the next, whose parts add up to the whole at any time; what has gone into the older ones rings out.
 "use strict";
-const FADE_S = 0.15;
+const FADE_S = 0.06;
 const RATE_HZ = 48000;
+// Responses that ring at once.
+const MOST_CHAINS = 10;
+// An older response has rung out where this share of its energy is left.
+const INAUDIBLE = 1e-4;
 
 class Hearing {
   // Two bare syllables a second: a buzz through two resonances, with pauses in which the room is heard.
@@ -35,52 +40,75 @@ class Hearing {
     return buffer;
   }
 
-  constructor() {
-    this.context = new AudioContext({ sampleRate: RATE_HZ });
-    this.out = this.context.createDynamicsCompressor();
+  constructor(context = new AudioContext({ sampleRate: RATE_HZ })) {
+    Object.assign(this, { context, chains: [], source: null });
+    this.out = context.createDynamicsCompressor();
     this.out.threshold.value = -3;
-    this.out.connect(this.context.destination);
-    this.meter = this.context.createAnalyser();
+    this.out.connect(context.destination);
+    this.meter = context.createAnalyser();
     this.out.connect(this.meter);
   }
 
   async play(kind, file) {
     this.stop();
     await this.context.resume();
-    this.dry = kind === "file" && file ? await this.context.decodeAudioData(await file.arrayBuffer())
-      : kind === "speech" ? Hearing.syllables(this.context) : Hearing.clicks(this.context);
-    this.source = this.context.createBufferSource();
-    this.source.buffer = this.dry;
-    this.source.loop = true;
+    this.begin(kind === "file" && file ? await this.context.decodeAudioData(await file.arrayBuffer())
+      : kind === "speech" ? Hearing.syllables(this.context) : Hearing.clicks(this.context));
+  }
+
+  // Both ears hear all channels of the dry sound.
+  begin(dry) {
+    this.source = new AudioBufferSourceNode(this.context, { buffer: dry, loop: true });
+    this.dry = new GainNode(this.context, { channelCount: 1, channelCountMode: "explicit" });
+    this.source.connect(this.dry);
     this.source.start();
   }
 
-  // Both ears, left first; the older response fades out.
+  // Samples of both ears, left first.
   hear(samples) {
+    clearTimeout(this.waiting);
     if (!this.source || !samples) return;
+    const now = this.context.currentTime, [older] = this.chains.slice(-1);
+    this.chains.filter(({ end }) => end <= now).forEach(({ level }) => level.disconnect());
+    this.chains = this.chains.filter(({ end }) => end > now);
+    // A fade ends before the next one begins; a walk waits where too much rings.
+    const free = Math.max(older?.faded ?? 0, this.chains.length < MOST_CHAINS ? 0 : Math.min(...this.chains.map(({ end }) => end)));
+    if (free > now) {
+      this.waiting = setTimeout(() => this.hear(samples), 1000 * (free - now) + 5);
+      return;
+    }
     const length = samples.length / 2, response = this.context.createBuffer(2, length, RATE_HZ);
     response.copyToChannel(samples.subarray(0, length), 0);
     response.copyToChannel(samples.subarray(length), 1);
-    const convolver = this.context.createConvolver(), gain = this.context.createGain(), now = this.context.currentTime;
-    convolver.normalize = false;
-    convolver.buffer = response;
+    const left = energies(samples), faded = now + FADE_S;
+    const input = new GainNode(this.context), convolver = new ConvolverNode(this.context, { buffer: response, disableNormalization: true });
     // Equal level: the energy of the response is 1.
-    const energy = samples.reduce((sum, sample) => sum + sample * sample, 0) / 2;
-    gain.gain.setValueAtTime(0, now);
-    gain.gain.linearRampToValueAtTime(0.35 / Math.sqrt(energy || 1), now + FADE_S);
-    this.source.connect(convolver).connect(gain).connect(this.out);
-    const older = this.chain;
+    const level = new GainNode(this.context, { gain: 0.35 / Math.sqrt(left[0] || 1) });
+    this.dry.connect(input).connect(convolver).connect(level).connect(this.out);
     if (older) {
-      older.gain.gain.setTargetAtTime(0, now, FADE_S / 3);
-      setTimeout(() => { older.gain.disconnect(); older.convolver.disconnect(); }, 4000 * FADE_S);
+      input.gain.setValueAtTime(0, now).linearRampToValueAtTime(1, faded);
+      older.input.gain.setValueAtTime(1, now).linearRampToValueAtTime(0, faded);
+      older.end = faded + older.rings;
     }
-    this.chain = { convolver, gain };
+    this.chains.push({ input, level, faded: older ? faded : now, end: Infinity, rings: left.findIndex((energy) => energy <= INAUDIBLE * left[0]) * PART_S });
   }
 
   stop() {
+    clearTimeout(this.waiting);
     this.source?.stop();
     this.source = null;
-    this.chain?.gain.disconnect();
-    this.chain = null;
+    this.chains.forEach(({ level }) => level.disconnect());
+    this.chains = [];
   }
+}
+
+// Energy of a response of both ears from every 10 ms on.
+const PART_S = 0.01;
+function energies(samples) {
+  const length = samples.length / 2, step = PART_S * RATE_HZ, left = new Array(Math.ceil(length / step) + 1).fill(0);
+  for (let part = left.length - 2; part >= 0; part--) {
+    left[part] = left[part + 1];
+    for (let i = part * step; i < Math.min(length, (part + 1) * step); i++) left[part] += (samples[i] ** 2 + samples[length + i] ** 2) / 2;
+  }
+  return left;
 }

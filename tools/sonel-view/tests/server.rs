@@ -3,6 +3,7 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use sonel::{Map, Parameter, ReceiverPoint, RenderOptions, Silent};
@@ -195,6 +196,63 @@ fn noise_is_heard_while_the_listener_moves() {
     assert!(command.ends_with("--noise=80,80,80,80,80,80,80"), "{command}");
 }
 
+/// What another process of the machine can do without the token, or a broken page with it.
+#[test]
+fn endless_bodies_and_silent_connections_leave_the_server_serving() {
+    let folder = traced();
+    let served = Served::begin(&folder, "a.sonelmap", &[]);
+    let (host, token) = (served.host.as_str(), served.token.as_str());
+    let connect = |text: &str| {
+        let mut stream = TcpStream::connect(host).expect("a server");
+        stream.write_all(text.as_bytes()).expect("a server that reads");
+        stream
+    };
+    let head = |length: u64, own: &str| {
+        format!("POST /api/state HTTP/1.1\r\nHost: {host}\r\nContent-Length: {length}\r\n{own}\r\n")
+    };
+    let own = format!("X-Sonel-Token: {token}\r\n");
+    for (own, status) in [("", "HTTP/1.1 403"), (&own, "HTTP/1.1 413")] {
+        let mut answer = Vec::new();
+        let mut stream = connect(&(head(100_000_000_000_000, own) + &" ".repeat(2 << 20)[..(1 << 20) + 1]));
+        stream.set_read_timeout(Some(Duration::from_secs(5))).expect("a socket");
+        // The rest is thrown away with the connection.
+        let _ = stream.read_to_end(&mut answer);
+        assert!(String::from_utf8_lossy(&answer).starts_with(status), "{}", String::from_utf8_lossy(&answer));
+    }
+    let texts = ["", "GET", &head(10, &own), &head(10, "")];
+    let silent: Vec<TcpStream> = (0..800).map(|at| connect(texts[at % texts.len()])).collect();
+    for _ in 0..20 {
+        let begun = Instant::now();
+        assert_eq!(served.ask("state", &json!({})).0, 200);
+        assert!(begun.elapsed() < Duration::from_secs(2), "{:?}", begun.elapsed());
+    }
+    // Whoever sends nothing is not waited for.
+    for mut stream in silent.into_iter().take(texts.len()) {
+        stream.set_read_timeout(Some(Duration::from_secs(30))).expect("a socket");
+        let end = stream.read_to_end(&mut Vec::new());
+        assert!(end.is_ok(), "a silent connection stays open");
+    }
+}
+
+#[test]
+fn a_scene_is_traced_again_when_an_editor_writes_it() {
+    let folder = TestFolder::with(SCENE);
+    let served = Served::begin(&folder, "scene.toml", &[]);
+    served.wait_for_map(2);
+    // Times of files may be as coarse as this.
+    std::thread::sleep(Duration::from_millis(50));
+    folder.write("scene.toml", "name = ");
+    let (_, broken) = served.ask("state", &json!({}));
+    assert!(broken["failure"].as_str().is_some_and(|text| text.contains("scene.toml")), "{broken}");
+    assert_eq!((&broken["maps"], &broken["pages"]), (&json!(2), &json!(0)));
+    std::thread::sleep(Duration::from_millis(50));
+    folder.write("scene.toml", &SCENE.replace("absorption = 0.3", "absorption = 0.5"));
+    served.wait_for_map(4);
+    let (_, state) = served.ask("state", &json!({}));
+    assert_eq!(state["map"]["materials"]["walls"]["absorption"][0], 0.5, "{state}");
+    assert_eq!(state["pages"], 1);
+}
+
 #[test]
 fn a_moved_source_is_traced_and_saved_beside_the_scene() {
     let folder = TestFolder::with(SCENE);
@@ -224,10 +282,14 @@ fn a_moved_source_is_traced_and_saved_beside_the_scene() {
             "{saved}"
         );
     }
+    let row = json!({ "listener": [4.0, 3.0, 1.2], "receivers": [["front row", [3.0, 2.0, 1.2]]] });
+    let (_, saved) = served.ask("save", &row);
+    let both = "--receiver listener=4,3,1.2 --receiver 'front row=3,2,1.2'";
+    assert!(saved["commands"][1].as_str().is_some_and(|line| line.ends_with(both)), "{saved}");
     // What is there is not replaced.
-    folder.write("scene-4.sonelmap", "mine");
+    folder.write("scene-5.sonelmap", "mine");
     let (_, saved) = served.ask("save", &json!({ "listener": [4.0, 3.0, 1.2] }));
-    assert!(saved["commands"][0].as_str().is_some_and(|line| line.contains("scene-4-2.sonelmap")), "{saved}");
+    assert!(saved["commands"][0].as_str().is_some_and(|line| line.contains("scene-5-2.sonelmap")), "{saved}");
     assert_eq!(folder.text("scene.toml"), SCENE);
     let (status, refused) = served.ask("trace", &json!({ "sources": [[20.0, 1.0, 1.5]] }));
     assert_eq!(status, 200, "{refused}");

@@ -30,7 +30,7 @@ const LAYERS: [&[&str]; 10] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 42] = [
+const HOMES: [(&str, &[&str]); 45] = [
     ("anyhow", &["tools/", "python", "xtask"]),
     ("base64", &["crates/sonel-scene", "tools/sonel-view"]),
     ("bincode", &["crates/sonel-map"]),
@@ -50,6 +50,9 @@ const HOMES: [(&str, &[&str]); 42] = [
     ("getrandom", &["tools/sonel-view"]),
     ("gltf", &["crates/sonel-scene"]),
     ("hound", &["crates/sonel-sound"]),
+    ("http-body-util", &["tools/sonel-view"]),
+    ("hyper", &["tools/sonel-view"]),
+    ("hyper-util", &["tools/sonel-view"]),
     ("indicatif", &["tools/"]),
     ("libc", &["tools/sonel-console"]),
     ("memmap2", &["crates/sonel-map"]),
@@ -82,7 +85,7 @@ const HOMES: [(&str, &[&str]); 42] = [
     ("spade", &["crates/sonel-geometry", "crates/sonel-sofa"]),
     ("statrs", &["crates/sonel-testkit"]),
     ("tempfile", &["crates/sonel/", "tools/", "crates/sonel-testkit"]),
-    ("tiny_http", &["tools/sonel-view"]),
+    ("tokio", &["tools/sonel-view"]),
     ("toml", &["crates/sonel-scene", "xtask"]),
     ("toml_edit", &["tools/sonel-view"]),
     ("zip", &["crates/sonel-echogram"]),

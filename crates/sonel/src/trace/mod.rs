@@ -154,7 +154,7 @@ impl PreparedTrace<'_> {
         let TracedMap { map, ledger, .. } = traced;
         let seconds = watch.seconds();
         drop(planner);
-        let map = Map::of(map, "the map".to_owned());
+        let map = Map::within(map, "the map".to_owned(), self.geometry);
         warn_of_empty_batches(&self.header.settings, watch)?;
         check(&ledger)?;
         Ok(Traced { map, ledger, decisions: self.decisions, is_reached, seconds, told })

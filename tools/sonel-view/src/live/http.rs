@@ -1,55 +1,69 @@
-//! HTTP on one's own machine: who may ask, for what, and how much.
+//! HTTP on one's own machine: who may ask, for what, how much, and how slowly.
 
-use std::io::Read;
+use std::convert::Infallible;
+use std::net::TcpListener;
 use std::sync::Arc;
+use std::time::Duration;
 
 use anyhow::anyhow;
+use http_body_util::{BodyExt, Full, Limited};
+use hyper::body::{Bytes, Incoming};
+use hyper::http::request::Parts;
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper::{Method, Request, Response};
+use hyper_util::rt::{TokioIo, TokioTimer};
 use serde::de::DeserializeOwned;
 use serde_json::json;
-use tiny_http::{Header, Method, Request, Response};
+use tokio::{runtime, task, time};
 
 use super::answer::{Answer, Refusal};
 use super::session::Session;
 
+/// Requests that are worked on at the same time: several windows, each with a rendering, a map and a sound.
+const AT_ONCE: usize = 8;
 /// Bytes of the longest request: a scene of a thousand materials with 24 coefficients each.
 const LONGEST_REQUEST: usize = 1 << 20;
+/// How long the head of a request may take to arrive, and how long its body.
+const LONGEST_WAIT: Duration = Duration::from_secs(10);
+/// Until a connection is tried again where the system has no more.
+const NEXT_TRY: Duration = Duration::from_millis(50);
 
 /// What a browser may do with the page: run what stands in it and ask this server.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; connect-src 'self'; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// A port of this machine.
-pub(super) struct Server(tiny_http::Server);
-
 /// Who may ask: whoever knows the token, from a page of this server.
 pub(super) struct Guard {
-    token: String,
+    /// What requests must know.
+    pub token: String,
     hosts: [String; 2],
 }
 
-impl Server {
-    /// Listens at `port`, or at one that is free where that is 0.
-    ///
-    /// # Errors
-    /// When the port is taken.
-    pub(super) fn at(port: u16) -> anyhow::Result<Self> {
-        let server = tiny_http::Server::http(("127.0.0.1", port));
-        Ok(Self(server.map_err(|error| anyhow!("cannot listen at 127.0.0.1:{port}: {error}"))?))
-    }
-
-    /// Its port.
-    pub(super) fn port(&self) -> u16 {
-        self.0.server_addr().to_ip().map_or(0, |address| address.port())
-    }
-
-    /// Answers requests, one after the other.
-    pub(super) fn run(&self, guard: &Guard, session: &Arc<Session>) {
-        while let Ok(mut request) = self.0.recv() {
-            let answer = answer(&mut request, guard, session);
+/// Answers requests at `listener` for ever. One thread waits for all connections, so that those that send nothing cost nobody anything.
+///
+/// # Errors
+/// When the system has no events.
+pub(super) fn run(listener: TcpListener, guard: Guard, session: Arc<Session>) -> anyhow::Result<()> {
+    let runtime =
+        runtime::Builder::new_current_thread().enable_all().max_blocking_threads(AT_ONCE).build()?;
+    runtime.block_on(async {
+        listener.set_nonblocking(true)?;
+        let (listener, guard) = (tokio::net::TcpListener::from_std(listener)?, Arc::new(guard));
+        loop {
+            let Ok((stream, _)) = listener.accept().await else {
+                time::sleep(NEXT_TRY).await;
+                continue;
+            };
+            let (guard, session) = (Arc::clone(&guard), Arc::clone(&session));
+            let service =
+                service_fn(move |request| answer(request, Arc::clone(&guard), Arc::clone(&session)));
+            let mut connection = http1::Builder::new();
+            connection.timer(TokioTimer::new()).header_read_timeout(LONGEST_WAIT);
             // A browser that has gone away needs no answer.
-            let _ = request.respond(response(answer));
+            task::spawn(connection.serve_connection(TokioIo::new(stream), service));
         }
-    }
+    })
 }
 
 impl Guard {
@@ -64,18 +78,13 @@ impl Guard {
         Ok(Self { token, hosts: [format!("127.0.0.1:{port}"), format!("localhost:{port}")] })
     }
 
-    /// What requests must know.
-    pub(super) fn token(&self) -> &str {
-        &self.token
-    }
-
     /// Where the page is.
     pub(super) fn address(&self) -> String {
         format!("http://{}/?token={}", self.hosts[0], self.token)
     }
 
     /// Checks who asks. Names that lead here from elsewhere, and pages of other servers, may not.
-    fn admit(&self, request: &Request) -> Result<(), Refusal> {
+    fn admit(&self, request: &Parts) -> Result<(), Refusal> {
         let host = header(request, "Host").unwrap_or_default();
         let is_ours = |host: &str| self.hosts.iter().any(|own| own == host);
         if !is_ours(host) {
@@ -85,8 +94,8 @@ impl Guard {
         if origin.is_some_and(|origin| !is_ours(origin)) {
             return Err(Refusal::forbidden("pages of other servers are not answered"));
         }
-        let known = match *request.method() {
-            Method::Get => request.url().split_once("token=").map(|(_, token)| token),
+        let known = match request.method {
+            Method::GET => request.uri.query().and_then(|query| query.strip_prefix("token=")),
             _ => header(request, "X-Sonel-Token"),
         };
         if known != Some(self.token.as_str()) {
@@ -96,42 +105,52 @@ impl Guard {
     }
 }
 
-fn header<'a>(request: &'a Request, name: &'static str) -> Option<&'a str> {
-    let found = request.headers().iter().find(|header| header.field.equiv(name))?;
-    Some(found.value.as_str())
+fn header<'a>(request: &'a Parts, name: &str) -> Option<&'a str> {
+    request.headers.get(name)?.to_str().ok()
 }
 
-/// The answer to a request.
-fn answer(request: &mut Request, guard: &Guard, session: &Arc<Session>) -> Result<Answer, Refusal> {
-    guard.admit(request)?;
-    let path = request.url().split('?').next().unwrap_or_default().to_owned();
-    match (request.method(), &path[..]) {
-        (Method::Get, "/") => Ok(Answer::Page(session.page())),
-        (Method::Post, "/api/state") => session.state(),
-        (Method::Post, "/api/render") => session.render(&read(request)?),
-        (Method::Post, "/api/grid") => session.grid(&read(request)?),
-        (Method::Post, "/api/sound") => session.sound(&read(request)?),
-        (Method::Post, "/api/trace") => session.trace_changed(&read(request)?),
-        (Method::Post, "/api/materials") => session.materials(&read(request)?),
-        (Method::Post, "/api/save") => session.save(&read(request)?),
-        _ => Err(Refusal { status: 404, text: format!("there is no {path}") }),
+/// The answer to a request. Who may not ask is refused before anything is read.
+async fn answer(
+    request: Request<Incoming>,
+    guard: Arc<Guard>,
+    session: Arc<Session>,
+) -> Result<Response<Full<Bytes>>, Infallible> {
+    let (head, body) = request.into_parts();
+    let read_and_work = async {
+        guard.admit(&head)?;
+        let body = time::timeout(LONGEST_WAIT, Limited::new(body, LONGEST_REQUEST).collect()).await;
+        let body =
+            body.map_err(|_| Refusal { status: 408, text: "the request takes too long".to_owned() })?;
+        let text = format!("a request is whole and has at most {LONGEST_REQUEST} bytes");
+        let body = body.map_err(|_| Refusal { status: 413, text })?.to_bytes();
+        let work = task::spawn_blocking(move || answer_of(&head, &body, &session));
+        work.await.unwrap_or_else(|fault| Err(Refusal::failed(&fault)))
+    };
+    Ok(response(read_and_work.await))
+}
+
+/// What the session answers to a request that was admitted and read.
+fn answer_of(head: &Parts, body: &[u8], session: &Arc<Session>) -> Result<Answer, Refusal> {
+    match (&head.method, head.uri.path()) {
+        (&Method::GET, "/") => Ok(Answer::Page(session.page())),
+        (&Method::POST, "/api/state") => session.state(),
+        (&Method::POST, "/api/render") => session.render(&read(body)?),
+        (&Method::POST, "/api/grid") => session.grid(&read(body)?),
+        (&Method::POST, "/api/sound") => session.sound(&read(body)?),
+        (&Method::POST, "/api/trace") => session.trace_changed(&read(body)?),
+        (&Method::POST, "/api/materials") => session.materials(&read(body)?),
+        (&Method::POST, "/api/save") => session.save(&read(body)?),
+        (_, path) => Err(Refusal { status: 404, text: format!("there is no {path}") }),
     }
 }
 
 /// What a request says.
-fn read<T: DeserializeOwned>(request: &mut Request) -> Result<T, Refusal> {
-    let mut body = Vec::new();
-    let most = LONGEST_REQUEST as u64 + 1;
-    let read = request.as_reader().take(most).read_to_end(&mut body);
-    read.map_err(|error| Refusal::wrong(format!("the request cannot be read: {error}")))?;
-    if body.len() > LONGEST_REQUEST {
-        return Err(Refusal { status: 413, text: format!("a request has at most {LONGEST_REQUEST} bytes") });
-    }
-    serde_json::from_slice(&body)
+fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, Refusal> {
+    serde_json::from_slice(body)
         .map_err(|error| Refusal::wrong(format!("the request is not understood: {error}")))
 }
 
-fn response(answer: Result<Answer, Refusal>) -> Response<std::io::Cursor<Vec<u8>>> {
+fn response(answer: Result<Answer, Refusal>) -> Response<Full<Bytes>> {
     let (status, kind, body) = match answer {
         Ok(Answer::Page(text)) => (200, "text/html; charset=utf-8", text.into_bytes()),
         Ok(Answer::Json(value)) => (200, "application/json", value.to_string().into_bytes()),
@@ -149,7 +168,7 @@ fn response(answer: Result<Answer, Refusal>) -> Response<std::io::Cursor<Vec<u8>
         ("Referrer-Policy", "no-referrer"),
         ("X-Content-Type-Options", "nosniff"),
     ];
-    headers.into_iter().fold(Response::from_data(body).with_status_code(status), |response, (name, value)| {
-        response.with_header(Header::from_bytes(name, value).expect("constant texts of ASCII"))
-    })
+    let head = Response::builder().status(status);
+    let head = headers.into_iter().fold(head, |head, (name, value)| head.header(name, value));
+    head.body(Full::from(body)).expect("constant texts of ASCII")
 }

@@ -8,17 +8,15 @@ mod session;
 mod wishes;
 
 use std::io::Write;
-use std::thread;
+use std::net::TcpListener;
 
+use anyhow::Context;
 use sonel_console::{Log, Outcome, interrupt};
 
 use crate::Arguments;
 use crate::files::Files;
-use http::{Guard, Server};
+use http::Guard;
 use session::Session;
-
-/// Requests that are answered at the same time: several windows, each with a rendering, a map and a sound.
-const AT_ONCE: usize = 8;
 
 /// Serves the page of `files` until the program is interrupted.
 ///
@@ -30,9 +28,11 @@ pub(crate) fn serve(
     out: &mut dyn Write,
     log: &mut Log<'_>,
 ) -> anyhow::Result<Outcome> {
-    let server = Server::at(arguments.port)?;
-    let guard = Guard::new(server.port())?;
-    let session = Session::open(files, arguments, guard.token())?;
+    let port = arguments.port;
+    let listener = TcpListener::bind(("127.0.0.1", port))
+        .with_context(|| format!("cannot listen at 127.0.0.1:{port}"))?;
+    let guard = Guard::new(listener.local_addr()?.port())?;
+    let session = Session::open(files, arguments, &guard.token)?;
     let address = guard.address();
     writeln!(out, "{address}")?;
     out.flush()?;
@@ -46,10 +46,6 @@ pub(crate) fn serve(
     if session.scene.is_some() {
         session.trace(session.text());
     }
-    thread::scope(|scope| {
-        for _ in 0..AT_ONCE {
-            scope.spawn(|| server.run(&guard, &session));
-        }
-    });
+    http::run(listener, guard, session)?;
     Ok(Outcome::Done)
 }

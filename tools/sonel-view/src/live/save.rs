@@ -43,8 +43,10 @@ impl Session {
             render += &format!(" --materials {}", quoted(&file));
             files.push(file);
         }
-        let [x, y, z] = wish.listener;
-        render += &format!(" --receiver {LISTENER}={x},{y},{z}");
+        let listed = wish.receivers.iter().map(|(name, at)| (name.as_str(), at));
+        for (name, [x, y, z]) in std::iter::once((LISTENER, &wish.listener)).chain(listed) {
+            render += &format!(" --receiver {}", quoted(Path::new(&format!("{name}={x},{y},{z}"))));
+        }
         commands.push(render);
         let heard =
             self.heard.words().iter().map(|word| format!(" {}", quoted(Path::new(word)))).collect::<String>();

@@ -2,12 +2,14 @@
 
 use std::collections::HashMap;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
+use std::time::{Duration, SystemTime};
 
 use anyhow::bail;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde_json::{Value, json};
 use sonel::analysis::average::single_number;
 use sonel::analysis::{Parameter, ParameterValue, ReceiverParameters};
@@ -35,6 +37,8 @@ const MOST_PLACES: f64 = 2000.0;
 const MOST_WINDOWS: usize = 256;
 /// Packets of the map that is there at once.
 const FIRST_PACKETS: u64 = 512;
+/// How long a trace waits before it looks again whether it may go on.
+const MOMENT: Duration = Duration::from_millis(2);
 /// Entries of the library that a search finds.
 const MOST_ENTRIES: usize = 60;
 
@@ -46,20 +50,31 @@ pub(super) struct Session {
     pub(super) map_file: Option<PathBuf>,
     /// Packets of a trace.
     pub(super) packets: Option<u64>,
-    page: String,
+    token: String,
     head: Head,
     pub(super) heard: HeardArguments,
     state: Mutex<State>,
     /// Number of the newest request of each window, by kind.
     newest: Mutex<HashMap<String, Arc<AtomicU64>>>,
     traces: Arc<AtomicU64>,
+    /// Shared with each request for first numbers that is worked on: traces wait for these.
+    hurry: Arc<()>,
+    /// Threads of traces: what is asked meanwhile does not wait for their chunks.
+    tracers: ThreadPool,
 }
 
-/// What traces change.
+/// What traces and editors change.
 #[derive(Default)]
 struct State {
+    page: String,
+    /// Number of pages so far: one that is older is loaded anew.
+    pages: u64,
+    /// Files of the scene, and when they were written.
+    files: Vec<(PathBuf, Option<SystemTime>)>,
     /// The text of the scene file, as it was changed.
     text: String,
+    /// The scene, as it was read from its files.
+    scene: Option<Arc<Scene>>,
     /// The map, once there is one.
     map: Option<Arc<Map>>,
     /// Number of maps so far.
@@ -96,31 +111,34 @@ impl Session {
         let mut shown = traced.map(|it| (it.map.header().scene.name.clone(), Room::of_map(it.map, it.walls)));
         if let Some(path) = &file {
             let scene = Scene::load(path, &Silent).map_err(spelled)?;
-            let checkup = scene.check().map_err(spelled)?;
-            state.text = scene.to_toml();
-            shown = Some((
-                scene.compiled().name.clone(),
-                Room::of(scene.compiled(), scene.geometry(), Some(&checkup)),
-            ));
+            (state.text, state.files) = (scene.to_toml(), written(scene.files()));
+            shown = Some(room_of(&scene)?);
+            state.scene = Some(Arc::new(scene));
         }
-        let live = shown.is_some().then(|| Live { token: token.to_owned() });
+        let live = shown.is_some().then(|| Live { token: token.to_owned(), number: 0 });
+        // A page of responses stays what it is.
+        if !subjects.is_empty() {
+            state.files.clear();
+        }
         let page = match shown {
             Some((name, room)) if subjects.is_empty() => Page::of_room(&name, room),
             _ => Page::of_responses(&subjects, traced.as_slice(), &arguments.head),
         };
-        let page = Page { live, ..page }.to_html();
+        state.page = Page { live, ..page }.to_html();
         state.maps = u64::from(map.is_some());
         state.map = map;
         Ok(Arc::new(Self {
             scene: file,
             map_file,
             packets,
-            page,
+            token: token.to_owned(),
             head: Head::sphere(),
             heard: arguments.heard.clone(),
             state: Mutex::new(state),
             newest: Mutex::default(),
             traces: Arc::default(),
+            hurry: Arc::default(),
+            tracers: ThreadPoolBuilder::new().num_threads(rayon::current_num_threads()).build()?,
         }))
     }
 
@@ -135,7 +153,39 @@ impl Session {
 
     /// The page.
     pub(super) fn page(&self) -> String {
-        self.page.clone()
+        self.locked().page.clone()
+    }
+
+    /// Reads the scene anew where an editor has written one of its files, and traces it. Why it cannot be read is a failure like that of a trace.
+    fn follow_files(self: &Arc<Self>) {
+        let Some(path) = &self.scene else { return };
+        let mut state = self.locked();
+        let files = written(state.files.iter().map(|(file, _)| file));
+        if files == state.files {
+            return;
+        }
+        state.files = files;
+        let number = state.pages + 1;
+        drop(state);
+        let read = || {
+            let scene = Scene::load(path, &Silent).map_err(spelled)?;
+            let (name, room) = room_of(&scene)?;
+            let live = Some(Live { token: self.token.clone(), number });
+            anyhow::Ok((scene, Page { live, ..Page::of_room(&name, room) }.to_html()))
+        };
+        match read() {
+            Ok((scene, page)) => {
+                let mut state = self.locked();
+                // The map, and that which is being traced, are of another room.
+                Newest::of(&self.traces);
+                state.map = None;
+                (state.page, state.pages, state.files) = (page, number, written(scene.files()));
+                (state.text, state.scene) = (scene.to_toml(), Some(Arc::new(scene)));
+                drop(state);
+                self.trace(self.text());
+            }
+            Err(error) => self.locked().failure = Some(format!("{error:#}")),
+        }
     }
 
     /// The map of the last trace, and its number: answers carry it.
@@ -146,7 +196,8 @@ impl Session {
     }
 
     /// How far the trace is, and which map there is.
-    pub(super) fn state(&self) -> Result<Answer, Refusal> {
+    pub(super) fn state(self: &Arc<Self>) -> Result<Answer, Refusal> {
+        self.follow_files();
         let state = self.locked();
         let settings = state.map.as_ref().map(|map| {
             let header = map.sonels().header();
@@ -159,7 +210,7 @@ impl Session {
                     "sources": header.scene.sources.iter().map(|source| source.position.to_array()).collect::<Vec<_>>() })
         });
         Ok(Answer::Json(json!({
-            "share": state.share, "failure": state.failure, "messages": state.messages, "maps": state.maps,
+            "share": state.share, "failure": state.failure, "messages": state.messages, "maps": state.maps, "pages": state.pages,
             "map": settings, "can_trace": self.scene.is_some(),
         })))
     }
@@ -172,7 +223,7 @@ impl Session {
         drop(state);
         let session = Arc::clone(self);
         thread::spawn(move || {
-            let outcome = session.follow_trace(&text, &newest);
+            let outcome = session.tracers.install(|| session.follow_trace(&text, &newest));
             let mut state = session.locked();
             // A newer trace speaks for itself.
             if !newest.is_replaced() {
@@ -185,11 +236,17 @@ impl Session {
     fn follow_trace(&self, text: &str, newest: &Newest) -> sonel::Result<()> {
         let path = self.scene.as_deref().expect("only a scene is traced");
         let follower = Tracing { session: self, newest };
-        let scene = Scene::load_text(text.to_owned(), path, &Silent)?;
-        let first = Some(FIRST_PACKETS).filter(|&first| self.packets.is_none_or(|packets| packets > first));
-        for packets in first.map(Some).into_iter().chain([self.packets]) {
+        let read = self.locked().scene.clone().filter(|read| read.to_toml() == text);
+        let scene =
+            read.map_or_else(|| Scene::load_text(text.to_owned(), path, &Silent).map(Arc::new), Ok)?;
+        // How long the room rings takes a run of its own: the first map lasts as long as the last one, or as Sabine says.
+        let last = self.locked().map.as_ref().map(|map| map.sonels().header().scene.duration);
+        let first = FIRST_PACKETS.min(self.packets.unwrap_or(FIRST_PACKETS));
+        let duration = Some(last.unwrap_or(scene.compiled().duration));
+        for (packets, duration) in [(Some(first), duration), (self.packets, None)] {
             self.locked().messages.clear();
-            let map = scene.trace(&TraceOptions { packets, ..TraceOptions::default() }, &follower)?.map;
+            let options = TraceOptions { packets, duration, ..TraceOptions::default() };
+            let map = scene.trace(&options, &follower)?.map;
             let mut state = self.locked();
             if newest.is_replaced() {
                 return Ok(());
@@ -231,15 +288,19 @@ impl Session {
 
     /// Parameters, charts and reflections where the listener is.
     pub(super) fn render(&self, wish: &Render) -> Result<Answer, Refusal> {
-        let newest = self.newest("render", &wish.window);
+        let (newest, _first) =
+            (self.newest("render", &wish.window), wish.batches.map(|_| Arc::clone(&self.hurry)));
         let (map, number) = self.map()?;
         let options = options(&wish.changes, wish.batches)?;
         let rendered = map.render(&[listener(wish.listener)], &options, &newest)?;
         newest.unless_replaced()?;
         let (response, all, source) = self.read_off(rendered.response, wish.source)?;
         let echograms = response.echograms();
-        let walls = map.walls()?;
-        let curves = Some(pair::curves(echograms, (source, 0), Some(&*walls)));
+        // Charts come with the last numbers.
+        let curves = match wish.batches {
+            None => Some(pair::curves(echograms, (source, 0), Some(&*map.walls()?))),
+            Some(_) => None,
+        };
         let pair = Pair { curves, ..Pair::of(&all[source], None) };
         newest.unless_replaced()?;
         Ok(Answer::Json(
@@ -281,7 +342,8 @@ impl Session {
 
     /// The impulse response at the ears of the listener.
     pub(super) fn sound(&self, wish: &Render) -> Result<Answer, Refusal> {
-        let newest = self.newest("sound", &wish.window);
+        let (newest, _first) =
+            (self.newest("sound", &wish.window), wish.batches.map(|_| Arc::clone(&self.hurry)));
         let (map, _) = self.map()?;
         let options = RenderOptions { directions: true, ..options(&wish.changes, wish.batches)? };
         let response = map.render(&[listener(wish.listener)], &options, &newest)?.response;
@@ -317,6 +379,19 @@ impl Session {
         let saved = self.saved(&map.sonels().header().scene, wish);
         saved.map(Answer::Json).map_err(|error| Refusal::failed(&format!("{error:#}")))
     }
+}
+
+/// Name and room of a scene, with what a checkup finds.
+fn room_of(scene: &Scene) -> anyhow::Result<(String, Room)> {
+    let checkup = scene.check().map_err(spelled)?;
+    let compiled = scene.compiled();
+    Ok((compiled.name.clone(), Room::of(compiled, scene.geometry(), Some(&checkup))))
+}
+
+/// When `files` were written; none of those that are gone.
+fn written(files: impl IntoIterator<Item = impl AsRef<Path>>) -> Vec<(PathBuf, Option<SystemTime>)> {
+    let time = |file: &Path| file.metadata().and_then(|known| known.modified()).ok();
+    files.into_iter().map(|file| (file.as_ref().to_owned(), time(file.as_ref()))).collect()
 }
 
 /// A response, its parameters, and the index of a source.
@@ -408,6 +483,9 @@ struct Tracing<'a> {
 
 impl Observer for Tracing<'_> {
     fn progress(&self, _step: &str, share: f64) -> ControlFlow<()> {
+        while Arc::strong_count(&self.session.hurry) > 1 && !self.newest.is_replaced() {
+            thread::sleep(MOMENT);
+        }
         self.newest.go_on()?;
         self.session.locked().share = Some(share);
         ControlFlow::Continue(())

@@ -70,6 +70,9 @@ pub(super) struct Changed {
 pub(super) struct Save {
     /// Where the listener is.
     pub listener: [f64; 3],
+    /// Names and positions of the receivers, where they are not those of the scene.
+    #[serde(default)]
+    pub receivers: Vec<(String, [f64; 3])>,
     /// Materials.
     #[serde(default)]
     pub changes: Changes,

@@ -69,6 +69,8 @@ pub(crate) struct Page {
 #[derive(Debug, Serialize)]
 pub(crate) struct Live {
     pub token: String,
+    /// Number of the page: the server tells where there is a newer one.
+    pub number: u64,
 }
 
 /// `response` as it is heard, and its parameters.
