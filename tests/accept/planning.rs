@@ -1,8 +1,8 @@
 //! What a pilot predicts of error and time comes true within a factor of 1.5 in nine of ten scenes.
 
 use glam::dvec3;
-use sonel::study::effort::Effort;
-use sonel::study::evaluation_receivers::evaluation_receivers;
+use sonel::study::evaluation_receivers::{MOST, evaluation_receivers};
+use sonel::study::forecast::Effort;
 use sonel::study::pilot::{self, PilotConfig};
 use sonel::study::pipeline::{Room, render_and_read};
 use sonel::study::spread::{PLANNED, readings};
@@ -125,23 +125,14 @@ impl Record {
 fn compare(name: &str, scene: &Scene) -> Record {
     let geometry = scene.geometry().expect("walls");
     let room = Room::within(scene, &geometry, &[]);
-    let receivers = evaluation_receivers(scene, room.geometry());
-    let trace = Settings { emissions: EMISSIONS, ..Settings::default() };
-    let effort = Effort::of_trace(EMISSIONS, trace.batches);
-    let config = PilotConfig {
-        room: &room,
-        trace,
-        render: RenderSettings::default(),
-        is_traced: false,
-        receivers: &receivers,
-        parameters: &PLANNED,
-        is_priced: true,
-        seconds: None,
-    };
+    let receivers = evaluation_receivers(scene, room.geometry(), MOST);
+    let settings = Settings { emissions: EMISSIONS, ..Settings::default() };
+    let effort = Effort::of_trace(EMISSIONS, settings.batches);
+    let config = PilotConfig { room: &room, settings, receivers: &receivers, edges: true, seconds: None };
     let clock = Stopwatch::start();
     let (pilot, _) = pilot::run(&config, &clock).expect("a pilot");
     let spent = clock.process();
-    let traced = room.trace(trace, &mut InMemory, &clock).expect("a run");
+    let traced = room.trace(settings, &mut InMemory, &clock).expect("a run");
     let render = RenderSettings::default();
     let (rendered, parameters) =
         render_and_read(&traced.map, &geometry, &receivers, &render, &clock).expect("a run");
@@ -168,7 +159,7 @@ fn compare(name: &str, scene: &Scene) -> Record {
         record.errors.within(1.0),
         record.widths.within(1.0),
         record.inside(1.0),
-        pilot.emissions,
+        pilot.effort.emissions,
         spent / (traced.total() + received.total()),
     );
     record

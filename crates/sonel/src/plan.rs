@@ -2,10 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::study::effort::Effort;
-use crate::study::findings::Pilot;
-use crate::study::forecast::Price;
-use crate::study::plan::{Names, Plan, Row, Width};
+use crate::study::forecast::{Effort, Pilot, Price, Width};
+use crate::study::plan::{Names, Plan, Row};
 use crate::study::spread::{HalfWidth, PLANNED, Place, Reading};
 use crate::study::target::Targets;
 use crate::study::until::{Verdict, Worst};
@@ -181,7 +179,7 @@ pub fn json(plan: &Plan) -> Value {
         .collect();
     json!({
         "evaluation_receivers": plan.names.pairs.iter().map(|(source, name)| json!({"source": source, "receiver": name})).collect::<Vec<_>>(),
-        "pilot": { "packets": plan.pilot.emissions, "rays": plan.pilot.rays, "segments_per_packet": plan.pilot.costs.segments },
+        "pilot": { "packets": plan.pilot.effort.emissions, "rays": plan.pilot.effort.rays, "segments_per_packet": plan.pilot.costs.segments },
         "rows": rows,
         "not_estimable": not_estimable,
     })
