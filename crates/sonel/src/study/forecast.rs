@@ -14,8 +14,15 @@ use crate::study::spread::{
 };
 use crate::study::target::Targets;
 
+/// Accuracy of runs whose number of packets nobody states [JND].
+pub const ACCURACY: f64 = 0.5;
 /// Fewest emissions of a batch: fewer make no estimate of their own. Chosen, not measured; doubled, the smallest run is twice as long.
 pub const LEAST_PER_BATCH: u64 = 32;
+/// Packets that make a rendering little more expensive than fewer do (docs/planning.md).
+const CHEAP: f64 = 20_000.0;
+/// Largest excess kurtosis of a batch [1]: beyond it few strong paths decide, and intervals are themselves uncertain. Chosen, not measured;
+/// halved, rooms of late decay by few packets take 1.4 times as many.
+const MOST_KURTOSIS: f64 = 1.0;
 /// Rays of a receiver in a batch at least: fewer leave the strata of their directions empty.
 const LEAST_RAYS_PER_BATCH: u32 = 16;
 /// Most emissions of a plan: their map would have about a petabyte.
@@ -281,12 +288,30 @@ impl Pilot {
         widest.map(|spread| spread.place)
     }
 
-    /// Effort in `batches` batches with which every parameter has a [`Self::typical`] half-width of `limit` [JND] at most.
+    /// Emissions of a run whose number nobody states, at most `most`, where `needed` bring half-widths of [`ACCURACY`]: they balance cost and variance.
+    /// N/N₀ + n/N, with the need n and [`CHEAP`] N₀, is least for N = √(N₀ n). An error of the need counts half.
+    #[must_use]
+    pub fn balanced(&self, needed: u64, most: u64) -> u64 {
+        let balanced = two_digits_up((CHEAP * needed as f64).sqrt().ceil() as u64);
+        balanced.min(most).max(self.effort.emissions)
+    }
+
+    /// Mean excess kurtosis of the batches of `parameter` in a run.
+    pub(crate) fn kurtosis(&self, parameter: Parameter, effort: Effort) -> f64 {
+        let tail = self.of_parameter(parameter).next().map_or(0.0, |spread| spread.tail);
+        tail * f64::from(effort.batches) / effort.emissions as f64
+    }
+
+    /// Effort in `batches` batches with which every parameter has a [`Self::typical`] half-width of `limit` [JND] at most and batches near
+    /// a normal distribution.
     #[must_use]
     pub fn typical_need(&self, limit: f64, batches: u32) -> Need {
         let mut need = Need::least(batches);
         for parameter in PLANNED {
-            let exceeds = |effort| self.typical(parameter, effort).is_some_and(|width| width > limit);
+            let exceeds = |effort| {
+                self.typical(parameter, effort).is_some_and(|width| width > limit)
+                    || self.kurtosis(parameter, effort) > MOST_KURTOSIS
+            };
             need.raise(exceeds, || self.least_certain(parameter));
         }
         need

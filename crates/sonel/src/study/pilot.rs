@@ -2,8 +2,8 @@
 //!
 //! - They are the run's own: the run continues them, so that they cost nothing but their rendering. Their number follows from what they find, which
 //!   leaves intervals as they are within a few per cent of coverage (`tests/accept/stopping.rs`).
-//! - They are looked at again, four times as many, until they say that no more than four times their number is needed: few packets miss the rare
-//!   paths that carry the late decay.
+//! - Four times as many are looked at where a parameter cannot be read, few strong paths decide it, or far more packets are needed: few packets
+//!   miss the rare paths that carry the late decay.
 //! - Rays follow packets as those of a run do. Only the parameters that a plan predicts are read, at some receivers.
 //!
 //! Everything but the seconds is a function of scene and settings.
@@ -13,18 +13,19 @@ use sonel_renderer::{ReceiverPoint, RenderSettings};
 
 use crate::Result;
 use crate::observer::{Observer, Silent, Watch};
-use crate::study::forecast::{Costs, Effort, LEAST_PER_BATCH, Pilot};
+use crate::study::forecast::{ACCURACY, Costs, Effort, LEAST_PER_BATCH, Pilot};
 use crate::study::job::Job;
 use crate::study::pipeline::{InMemory, Room, trace};
-use crate::study::plan::ACCURACY;
 use crate::study::spread::PLANNED;
 
 /// Packets of the first look: 128 in each of 32 batches.
 pub const FIRST: u64 = 4096;
-/// Factor from the packets of a look to the most that it may ask for [1]: half-widths of fewer are too narrow where rare paths count.
-const FARTHEST: u64 = 4;
-/// Most packets of a look, some seconds of a room. Chosen, not measured; doubled, plans of long runs take twice as long.
-const LONGEST: u64 = 32_768;
+/// Packets of the second look over those of the first. Chosen, not measured; doubled, long runs are chosen at twice the cost.
+const SECOND: u64 = 4;
+/// Factor from the packets of the first look to the most that it may ask for [1].
+const FARTHEST: u64 = 16;
+/// Excess kurtosis of a batch up to which the first look is trusted [1]: its variance scatters by half, by a quarter without any.
+const TRUSTED_KURTOSIS: f64 = 6.0;
 /// Emissions of [`segments`]: half a chunk. Chosen, not measured.
 pub const FEW: u64 = 256;
 /// Bits that distinguish the seed of [`segments`] from those of users: the golden ratio's.
@@ -54,20 +55,24 @@ pub struct PilotConfig<'a> {
 pub fn run(config: &PilotConfig<'_>, observer: &dyn Observer) -> Result<(Pilot, SonelMap)> {
     let clock = Watch(observer).clock();
     let begin = clock.process();
-    let batches = config.settings.batches;
-    let (mut emissions, mut known) = (FIRST.max(LEAST_PER_BATCH * u64::from(batches)), None);
-    loop {
-        let (pilot, map) = look(config, emissions, known.as_ref(), observer)?;
-        let next = FARTHEST * emissions;
-        // The next look costs no more than in proportion to its packets.
-        let end = (1 + FARTHEST) as f64 * (clock.process() - begin);
-        let ends_late = config.seconds.is_some_and(|seconds| end > seconds);
-        let is_enough = pilot.typical_need(ACCURACY, batches).effort.emissions <= next;
-        if is_enough || next > LONGEST || ends_late {
-            return Ok((pilot, map));
-        }
-        (emissions, known) = (next, Some(map));
+    let first = FIRST.max(LEAST_PER_BATCH * u64::from(config.settings.batches));
+    let (pilot, map) = look(config, first, None, observer)?;
+    // The second look costs no more than in proportion to its packets.
+    let end = (1 + SECOND) as f64 * (clock.process() - begin);
+    let ends_late = config.seconds.is_some_and(|seconds| end > seconds);
+    if is_enough(&pilot) || ends_late {
+        Ok((pilot, map))
+    } else {
+        look(config, SECOND * first, Some(&map), observer)
     }
+}
+
+/// Whether a first look is trusted.
+fn is_enough(pilot: &Pilot) -> bool {
+    let Effort { emissions, batches, .. } = pilot.effort;
+    pilot.spreads.iter().all(|spread| spread.variance.is_ok())
+        && PLANNED.iter().all(|&parameter| pilot.kurtosis(parameter, pilot.effort) <= TRUSTED_KURTOSIS)
+        && pilot.typical_need(ACCURACY, batches).effort.emissions <= FARTHEST * emissions
 }
 
 /// A look at the first `emissions`, those of the map `known` among them.

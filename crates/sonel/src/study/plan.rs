@@ -12,8 +12,6 @@ use crate::study::target::Targets;
 
 /// Accuracies of a plan's rows [JND]: from what is just heard to the 0.05 of comparisons between variants.
 pub const STEPS: [f64; 5] = [1.0, 0.5, 0.2, 0.1, 0.05];
-/// Accuracy of runs whose number of packets nobody states [JND].
-pub const ACCURACY: f64 = 0.5;
 
 /// A plan, accuracy by accuracy.
 #[derive(Debug, Clone)]

@@ -1,11 +1,12 @@
-//! Number of packets of a run where nobody states it: that of the row of a plan for half a just-noticeable difference.
+//! Number of packets of a run where nobody states it: the geometric mean of 20 000 and of those that a plan needs for half a just-noticeable
+//! difference.
 //!
 //! A pilot looks at the first packets of the run, with the materials of the scene, and the run continues them: its bytes are those of a run with
 //! as many packets.
 
-use crate::study::forecast::{Effort, Need, Pilot};
+use crate::study::forecast::{ACCURACY, Effort, Need, Pilot};
 use crate::study::pipeline::{MapStore, trace};
-use crate::study::plan::{ACCURACY, Names};
+use crate::study::plan::Names;
 use serde_json::json;
 use sonel_map::{MapHeader, Mode, Settings};
 
@@ -37,7 +38,7 @@ pub(super) fn enough(
     let Settings { emissions: most, batches, .. } = header.settings;
     let (pilot, known) = planner.pilot(false, None, watch)?;
     let need = pilot.typical_need(ACCURACY, batches);
-    let emissions = need.effort.emissions.min(most).max(pilot.effort.emissions);
+    let emissions = pilot.balanced(need.effort.emissions, most);
     let settings = Settings { emissions, ..header.settings };
     let header = MapHeader { settings, ..header.clone() };
     let traced = trace(&header, planner.room.geometry(), Some(&known), store, watch.0)?;
@@ -68,11 +69,9 @@ fn in_words(pilot: &Pilot, need: &Need, effort: Effort, names: &Names) -> String
     let [typical, kept] = [pilot.typical(place.parameter, effort), pilot.kept(place.parameter, effort)]
         .map(Option::unwrap_or_default);
     let (symbol, ..) = place.parameter.heading();
-    let limit = if need.effort.emissions > effort.emissions { ", the default limit" } else { "" };
     format!(
-        "{packets} packets{limit}: half-widths of {symbol}, which needs most ({}), are expected to be {typical:.2} JND (root mean square), in nine of ten runs within {kept:.2} JND; {} JND takes about {} `packets`, see `plan`",
+        "{packets} packets: half-widths of {symbol}, which needs most ({}), are expected to be {typical:.2} JND (root mean square), in nine of ten runs within {kept:.2} JND; {ACCURACY} JND takes about {} `packets`, see `plan`",
         names.parameter(place),
-        0.5 * ACCURACY,
-        count(pilot.typical_need(0.5 * ACCURACY, effort.batches).effort.emissions)
+        count(need.effort.emissions)
     )
 }
