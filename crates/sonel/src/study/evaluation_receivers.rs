@@ -18,7 +18,7 @@ const NAME: &str = "mid-room";
 /// Most receivers of a target. Chosen, not measured: each costs as much as the first.
 pub const MOST: usize = 16;
 /// Receivers of a pilot. Chosen, not measured: doubled, the choice of a number of packets costs up to twice as much.
-pub const FEW: usize = 3;
+pub const FEW: usize = 2;
 
 /// The receivers at which the accuracy of a run is read in `scene`, whose walls are `geometry`: those it names or, of more than `most`, some from
 /// first to last.

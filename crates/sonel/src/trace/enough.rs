@@ -1,4 +1,4 @@
-//! Number of packets of a run where nobody states it: the geometric mean of 20 000 and of those that a plan needs for half a just-noticeable
+//! Number of packets of a run where nobody states it: the geometric mean of 32 000 and of those that a plan needs for half a just-noticeable
 //! difference.
 //!
 //! A pilot looks at the first packets of the run, with the materials of the scene, and the run continues them: its bytes are those of a run with
@@ -63,14 +63,14 @@ fn in_words(pilot: &Pilot, need: &Need, effort: Effort, names: &Names) -> String
     let packets = count(effort.emissions);
     let Some(place) = need.limited_by else {
         return format!(
-            "{packets} packets: half-widths are expected to be below {ACCURACY} JND (root mean square)"
+            "{packets} packets: half-widths are expected to be below {ACCURACY} JND (geometric mean)"
         );
     };
     let [typical, kept] = [pilot.typical(place.parameter, effort), pilot.kept(place.parameter, effort)]
         .map(Option::unwrap_or_default);
     let (symbol, ..) = place.parameter.heading();
     format!(
-        "{packets} packets: half-widths of {symbol}, which needs most ({}), are expected to be {typical:.2} JND (root mean square), in nine of ten runs within {kept:.2} JND; {ACCURACY} JND takes about {} `packets`, see `plan`",
+        "{packets} packets: half-widths of {symbol}, which needs most ({}), are expected to be {typical:.2} JND (geometric mean), in nine of ten runs within {kept:.2} JND; {ACCURACY} JND takes about {} `packets`, see `plan`",
         names.parameter(place),
         count(need.effort.emissions)
     )

@@ -11,7 +11,6 @@ use crate::plan::Comparison;
 use crate::study::evaluation_receivers::{MOST, evaluation_receivers};
 use crate::study::forecast::{Effort, LEAST_PER_BATCH, Pilot};
 use crate::study::job::Job;
-use crate::study::pilot::FIRST;
 use crate::study::pipeline::{MapStore, TracedMap, trace};
 use crate::study::plan::Names;
 use crate::study::spread::{PLANNED, readings};
@@ -24,6 +23,8 @@ use crate::until::{Goal, Growing, Look};
 /// Segments of a run at the most, unless `packets` says how many: a map of about 4 GB.
 const MOST_SEGMENTS: f64 = 2.7e8;
 
+/// Packets of the first iteration: 64 in each of 32 batches.
+const FIRST: u64 = 2048;
 /// Share of the time left that an iteration is planned for [1]: the machine may become busier. Chosen, not measured; at 1 half of the runs end
 /// late.
 const RESERVE: f64 = 0.6;
