@@ -205,12 +205,17 @@ impl Pilot {
     pub fn range<'a>(&self, spread: &'a Spread, effort: Effort) -> Result<[f64; 2], &'a str> {
         let variance = spread.variance.as_ref().map_err(String::as_str)?;
         let width = self.half_width(spread, effort)?;
-        let scatter = kurtosis::scatter(self.effort, spread.tail) + kurtosis::scatter(effort, spread.tail);
-        let factor = libm::exp(MOST_SIGMAS * scatter.sqrt());
+        let factor = libm::exp(MOST_SIGMAS * self.scatter(effort, spread.tail));
         let [_, areas] = self.noise(variance, effort);
         let shift = 2.0 * areas.sqrt() * (MOST_SIGMAS * MOST_SIGMAS - 1.0).sqrt();
         let real = self.squared_bias(variance, effort).sqrt();
         Ok([width.noise / factor, (width.noise + ONE_SIDE * (shift + real)) * factor])
+    }
+
+    /// Standard deviation of the logarithm of a half-width over the one that is predicted: both standard errors scatter.
+    fn scatter(&self, effort: Effort, tail: f64) -> f64 {
+        let of = |Effort { emissions, batches, .. }: Effort| kurtosis::scatter(batches, emissions, tail);
+        (of(self.effort) + of(effort)).sqrt()
     }
 
     /// Variance, and the part of it that discs and spheres show.
@@ -279,8 +284,7 @@ impl Pilot {
     #[must_use]
     pub fn kept(&self, parameter: Parameter, effort: Effort) -> Option<f64> {
         let tail = self.of_parameter(parameter).next()?.tail;
-        let scatter = kurtosis::scatter(self.effort, tail) + kurtosis::scatter(effort, tail);
-        Some(self.typical(parameter, effort)? * libm::exp(NINE_OF_TEN_SIGMAS * scatter.sqrt()))
+        Some(self.typical(parameter, effort)? * libm::exp(NINE_OF_TEN_SIGMAS * self.scatter(effort, tail)))
     }
 
     /// Where `parameter` has its widest half-width.

@@ -6,8 +6,6 @@
 //! The tail is estimated from the same batches and never exceeds their number: it is too small where the strong paths are so rare that none was
 //! found.
 
-use crate::study::forecast::Effort;
-
 /// Excess kurtosis of `values`, unbiased for normal ones; zero where there are fewer than four or all agree.
 pub(crate) fn excess_kurtosis(values: &[f64]) -> f64 {
     let count = values.len() as f64;
@@ -21,8 +19,9 @@ pub(crate) fn excess_kurtosis(values: &[f64]) -> f64 {
     (count - 1.0) / ((count - 2.0) * (count - 3.0)) * ((count + 1.0) * plain + 6.0)
 }
 
-/// Variance of the logarithm of a standard error from the batches of a run, one emission of which has an excess kurtosis of `tail`.
-pub(crate) fn scatter(Effort { emissions, batches, .. }: Effort, tail: f64) -> f64 {
+/// Variance of the logarithm of a standard error from `batches` batches of `emissions` emissions in all, one of which has an
+/// excess kurtosis of `tail`.
+pub(crate) fn scatter(batches: u32, emissions: u64, tail: f64) -> f64 {
     0.25 * (2.0 / f64::from(batches.max(2) - 1) + tail / emissions as f64)
 }
 
@@ -62,9 +61,8 @@ mod tests {
         let mean = logarithms.iter().sum::<f64>() / f64::from(RUNS);
         let found = logarithms.iter().map(|l| (l - mean) * (l - mean)).sum::<f64>() / f64::from(RUNS);
         // One emission a batch: the tail is the kurtosis.
-        let effort = Effort { emissions: BATCHES.into(), rays: 0, batches: BATCHES };
-        let near = |tail| (found / scatter(effort, tail) - 1.0).abs() < 0.25;
-        assert!(near(6.0), "{found} {}", scatter(effort, 6.0));
+        let near = |tail| (found / scatter(BATCHES, BATCHES.into(), tail) - 1.0).abs() < 0.25;
+        assert!(near(6.0), "{found} {}", scatter(BATCHES, BATCHES.into(), 6.0));
         assert!(!near(0.0), "no tail is found out");
     }
 }
