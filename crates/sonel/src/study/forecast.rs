@@ -23,6 +23,8 @@ const CHEAP: f64 = 32_000.0;
 /// Largest excess kurtosis of a batch [1]: beyond it few strong paths decide, and intervals are themselves uncertain. Chosen, not measured;
 /// halved, rooms of late decay by few packets take 1.4 times as many.
 const MOST_KURTOSIS: f64 = 2.0;
+/// Part of a limit below which the uncertainty of a half-width does not matter [1]. Chosen, not measured.
+const FAR_BELOW: f64 = 0.5;
 /// Rays of a receiver in a batch at least: fewer leave the strata of their directions empty.
 const LEAST_RAYS_PER_BATCH: u32 = 16;
 /// Most emissions of a plan: their map would have about a petabyte.
@@ -302,10 +304,12 @@ impl Pilot {
         balanced.min(most).max(self.effort.emissions)
     }
 
-    /// Mean excess kurtosis of the batches of `parameter` in a run.
-    pub(crate) fn kurtosis(&self, parameter: Parameter, effort: Effort) -> f64 {
+    /// Whether the batches of `parameter` have an excess kurtosis above `most`, so that its half-width is uncertain, and that is not far
+    /// below `limit`.
+    pub(crate) fn is_uncertain(&self, parameter: Parameter, effort: Effort, limit: f64, most: f64) -> bool {
         let tail = self.of_parameter(parameter).next().map_or(0.0, |spread| spread.tail);
-        tail * f64::from(effort.batches) / effort.emissions as f64
+        tail * f64::from(effort.batches) > most * effort.emissions as f64
+            && self.typical(parameter, effort).is_some_and(|width| width > FAR_BELOW * limit)
     }
 
     /// Effort in `batches` batches with which every parameter has a [`Self::typical`] half-width of `limit` [JND] at most and batches near
@@ -316,7 +320,7 @@ impl Pilot {
         for parameter in PLANNED {
             let exceeds = |effort| {
                 self.typical(parameter, effort).is_some_and(|width| width > limit)
-                    || self.kurtosis(parameter, effort) > MOST_KURTOSIS
+                    || self.is_uncertain(parameter, effort, limit, MOST_KURTOSIS)
             };
             need.raise(exceeds, || self.least_certain(parameter));
         }
@@ -494,12 +498,15 @@ mod tests {
     }
 
     #[test]
-    fn few_strong_paths_need_as_many_packets_as_make_batches_normal() {
-        let mut pilot = pilot(1e-6, 0.0);
-        assert_eq!(pilot.typical_need(0.5, 32).effort.emissions, 1024);
-        // An excess kurtosis of 8 at 10 000 packets in 32 batches.
-        pilot.spreads[0].tail = 8.0 * 10_000.0 / 32.0;
-        assert_eq!(pilot.typical_need(0.5, 32).effort.emissions, 40_000);
+    fn few_strong_paths_need_more_packets_unless_half_widths_are_far_below_their_limit() {
+        let mut pilot = pilot(0.01, 0.0);
+        let calm = pilot.typical_need(0.1, 32).effort.emissions;
+        // An excess kurtosis of 2 at three times the packets.
+        pilot.spreads[0].tail = 2.0 * 3.0 * calm as f64 / 32.0;
+        assert_eq!(pilot.typical_need(0.1, 32).effort.emissions, two_digits_up(3 * calm));
+        pilot.spreads[0].tail *= 3.0;
+        let far_below = pilot.typical_need(0.1, 32).effort.emissions as f64 / calm as f64;
+        assert!((far_below / 4.0 - 1.0).abs() < 0.06, "{far_below}");
     }
 
     #[test]

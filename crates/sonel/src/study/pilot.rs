@@ -2,12 +2,13 @@
 //!
 //! - They are the run's own: the run continues them, so that they cost nothing but their rendering. Their number follows from what they find, which
 //!   leaves intervals as they are within a few per cent of coverage (`tests/accept/stopping.rs`).
-//! - Four times as many are looked at where a parameter cannot be read, few strong paths decide it, or far more packets are needed: few packets
+//! - Four times as many are looked at where a parameter cannot be read anywhere, few strong paths decide it, or far more packets are needed: few packets
 //!   miss the rare paths that carry the late decay.
 //! - Rays follow packets as those of a run do. Only the parameters that a plan predicts are read, at some receivers.
 //!
 //! Everything but the seconds is a function of scene and settings.
 
+use sonel_analysis::Parameter;
 use sonel_map::{Settings, SonelMap};
 use sonel_renderer::{ReceiverPoint, RenderSettings};
 
@@ -70,10 +71,13 @@ pub fn run(config: &PilotConfig<'_>, observer: &dyn Observer) -> Result<(Pilot, 
 
 /// Whether a first look is trusted.
 fn is_enough(pilot: &Pilot) -> bool {
-    let Effort { emissions, batches, .. } = pilot.effort;
-    pilot.spreads.iter().all(|spread| spread.variance.is_ok())
-        && PLANNED.iter().all(|&parameter| pilot.kurtosis(parameter, pilot.effort) <= TRUSTED_KURTOSIS)
-        && pilot.typical_need(ACCURACY, batches).effort.emissions <= FARTHEST * emissions
+    let effort = pilot.effort;
+    let is_clear = |&parameter: &Parameter| {
+        pilot.typical(parameter, effort).is_some()
+            && !pilot.is_uncertain(parameter, effort, ACCURACY, TRUSTED_KURTOSIS)
+    };
+    PLANNED.iter().all(is_clear)
+        && pilot.typical_need(ACCURACY, effort.batches).effort.emissions <= FARTHEST * effort.emissions
 }
 
 /// A look at the first `emissions`, those of the map `known` among them.
