@@ -300,7 +300,8 @@ impl Pilot {
     /// N/N₀ + n/N, with the need n and [`CHEAP`] N₀, is least for N = √(N₀ n). An error of the need counts half.
     #[must_use]
     pub fn balanced(&self, needed: u64, most: u64) -> u64 {
-        let balanced = two_digits_up((CHEAP * needed as f64).sqrt().ceil() as u64);
+        // Fewer than a half of N₀ save less than a third of the cost.
+        let balanced = two_digits_up((CHEAP * needed as f64).sqrt().max(0.5 * CHEAP).ceil() as u64);
         balanced.min(most).max(self.effort.emissions)
     }
 
@@ -513,7 +514,8 @@ mod tests {
     fn an_error_of_the_need_counts_half_within_the_limits() {
         let pilot = pilot(0.01, 0.0);
         assert_eq!([32_000, 128_000].map(|n| pilot.balanced(n, 100_000)), [32_000, 64_000]);
-        assert_eq!([1, 10_000_000].map(|n| pilot.balanced(n, 100_000)), [10_000, 100_000]);
+        assert_eq!([1, 10_000_000].map(|n| pilot.balanced(n, 100_000)), [16_000, 100_000]);
+        assert_eq!(pilot.balanced(1, 1000), 10_000);
     }
 
     #[test]
