@@ -370,6 +370,9 @@ pub enum Unsupported {
         /// The value looked for.
         value: f64,
     },
+    /// Only some parameters were read.
+    #[error("it was not asked for")]
+    NotAsked,
     /// No musician stands there.
     #[error("support is defined one metre from the source")]
     NotOnStage,

@@ -66,4 +66,4 @@ pub mod window;
 pub use decay::{DecayCurve, Echogram};
 pub use estimate::{Estimate, Interval, NoInterval, ParameterValue, Unsupported};
 pub use parameter::Parameter;
-pub use receiver::{BandParameters, ReceiverParameters, parameters};
+pub use receiver::{BandParameters, ReceiverParameters, parameters, some_parameters};

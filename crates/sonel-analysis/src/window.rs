@@ -19,11 +19,8 @@ pub struct Window {
     pub end: f64,
 }
 
-/// Number of [`WINDOWS`].
-pub const WINDOW_COUNT: usize = 6;
-
 /// From the direct sound to two seconds: about as many decibels of a decay each, early ones finer.
-pub const WINDOWS: [Window; WINDOW_COUNT] = [
+pub const WINDOWS: [Window; 6] = [
     Window { key: "strength_g_0_to_50_ms_db", begin: 0.0, end: 0.05 },
     Window { key: "strength_g_50_to_100_ms_db", begin: 0.05, end: 0.1 },
     Window { key: "strength_g_100_to_200_ms_db", begin: 0.1, end: 0.2 },

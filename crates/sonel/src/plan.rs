@@ -2,15 +2,14 @@
 
 use std::fmt::Write;
 
-use crate::study::effort::Effort;
-use crate::study::findings::Pilot;
-use crate::study::forecast::Price;
-use crate::study::plan::{Names, Plan, Row, Width};
+use crate::study::forecast::{ACCURACY, Effort, Pilot, Price, Width};
+use crate::study::plan::{Names, Plan, Row};
 use crate::study::spread::{HalfWidth, PLANNED, Place, Reading};
 use crate::study::target::Targets;
 use crate::study::until::{Verdict, Worst};
 use serde_json::{Value, json};
 use sonel_analysis::Parameter;
+use sonel_map::Settings;
 
 use crate::feasible::Demand;
 use crate::quantity::{bytes, count, seconds};
@@ -34,6 +33,11 @@ pub fn trace_table(plan: &Plan) -> String {
             bytes(row.price.bytes),
             bytes(row.memory[0].max(row.memory[1])),
         );
+    }
+    let half = plan.rows.iter().find(|row| row.just_noticeable.total_cmp(&ACCURACY).is_eq());
+    if let Some(Row { effort, .. }) = half {
+        let packets = plan.pilot.balanced(effort.emissions, Settings::default().emissions);
+        let _ = writeln!(text, "without `packets` a run takes {}", count(packets));
     }
     text + &widths(plan)
 }
@@ -181,7 +185,7 @@ pub fn json(plan: &Plan) -> Value {
         .collect();
     json!({
         "evaluation_receivers": plan.names.pairs.iter().map(|(source, name)| json!({"source": source, "receiver": name})).collect::<Vec<_>>(),
-        "pilot": { "packets": plan.pilot.emissions, "rays": plan.pilot.rays, "segments_per_packet": plan.pilot.costs.segments },
+        "pilot": { "packets": plan.pilot.effort.emissions, "rays": plan.pilot.effort.rays, "segments_per_packet": plan.pilot.costs.segments },
         "rows": rows,
         "not_estimable": not_estimable,
     })

@@ -6,7 +6,7 @@ use sonel_analysis::ReceiverParameters;
 use crate::Result;
 use crate::observer::Watch;
 use crate::plan::{overrun, reached, verdict, verdict_json};
-use crate::study::effort::Effort;
+use crate::study::forecast::Effort;
 use crate::study::plan::Names;
 use crate::study::spread::readings;
 use crate::study::target::Targets;

@@ -29,7 +29,7 @@ const RINGS: [Ring; 6] = [
     ),
     ("results", 7_500, &["crates/sonel-analysis/", "crates/sonel-design/", "crates/sonel-drawing/"]),
     ("sound", 2_100, &["crates/sonel-sound/"]),
-    ("face", 7_100, &["crates/sonel/"]),
+    ("face", 7_000, &["crates/sonel/"]),
     ("programs", 7_000, &["tools/"]),
     ("binding", 1_100, &["python/"]),
 ];

@@ -280,7 +280,7 @@ impl PreparedRendering<'_> {
     /// # Errors
     /// A damaged map; [`Error::Stopped`].
     pub fn plan(&self, observer: &dyn Observer) -> Result<Plan> {
-        planning::plan(&self.job(Watch(observer)), &self.settings, self.options.at_most)
+        planning::plan(&self.job(Watch(observer)), &self.settings)
     }
 
     /// Renders. With a `plan` the report compares.

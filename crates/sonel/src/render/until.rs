@@ -8,11 +8,9 @@ use sonel_renderer::{MOST_RAYS, RenderSettings};
 use crate::Result;
 use crate::plan::extension;
 use crate::render::refinement::steps;
-use crate::study::effort::Effort;
-use crate::study::findings::Pilot;
+use crate::study::forecast::{Effort, Need, Pilot};
 use crate::study::job::{Job, RenderedMap};
 use crate::study::plan::Names;
-use crate::study::render_need::{Iteration, RenderNeed};
 use crate::study::target::Targets;
 use crate::study::until::{MARGIN, Verdict, WORTH_WHILE, grown};
 use crate::until::{Goal, Growing, Look};
@@ -31,8 +29,8 @@ struct Run<'a> {
     targets: &'a Targets,
     /// Rays at the most.
     most: u32,
-    /// The iteration with fewer rays and all batches.
-    before: Option<Iteration>,
+    /// Rays and parameters of the iteration with fewer rays and all batches.
+    before: Option<(u32, Vec<ReceiverParameters>)>,
 }
 
 impl Growing for Run<'_> {
@@ -44,10 +42,9 @@ impl Growing for Run<'_> {
         before: Option<Look<RenderedMap>>,
     ) -> Result<(RenderedMap, Vec<ReceiverParameters>)> {
         let before = before.filter(|look| look.effort.batches == self.all());
-        self.before =
-            before.map(|Look { effort, parameters, .. }| Iteration { rays: effort.rays, parameters });
+        self.before = before.map(|look| (look.effort.rays, look.parameters));
         let settings = RenderSettings { rays: Some(effort.rays), ..self.settings.clone() };
-        Job { batches: Some(effort.batches), ..*self.job }.read(&settings)
+        Job { batches: Some(effort.batches), ..*self.job }.read(&settings, &self.targets.parameters())
     }
 
     fn next(&self, last: &Look<RenderedMap>, growth: f64) -> Option<Effort> {
@@ -85,7 +82,8 @@ impl Run<'_> {
             RayForecast::Unknown
         } else {
             let wanted = self.targets.parameters();
-            let pilot = Pilot::of_iterations(self.before.as_ref(), parameters, &wanted, *effort);
+            let before = self.before.as_ref().map(|(rays, parameters)| (*rays, &parameters[..]));
+            let pilot = Pilot::of(before, parameters, &wanted, *effort);
             RayForecast::Known(pilot.render_need(self.targets, *effort))
         }
     }
@@ -132,7 +130,7 @@ enum RayForecast {
     /// One iteration does not tell whether rays would help.
     Unknown,
     /// Rays and packets needed.
-    Known(RenderNeed),
+    Known(Need),
 }
 
 impl RayForecast {
@@ -140,9 +138,7 @@ impl RayForecast {
     fn next(self, rays: u32, most: u32) -> Option<u32> {
         let wanted = match self {
             Self::Unknown => u64::from(SECOND_LOOK * rays),
-            Self::Known(RenderNeed { lacking: None, effort, .. }) => {
-                grown(rays.into(), f64::from(effort.rays))
-            }
+            Self::Known(Need { lacking: None, effort, .. }) => grown(rays.into(), f64::from(effort.rays)),
             Self::Inside | Self::Known(_) => return None,
         };
         let next = wanted.min(most.into()) as u32;
@@ -152,7 +148,7 @@ impl RayForecast {
     /// Rays that would do.
     fn rays_wanted(self) -> Option<u32> {
         match self {
-            Self::Known(RenderNeed { lacking: None, effort, .. }) => Some(effort.rays),
+            Self::Known(Need { lacking: None, effort, .. }) => Some(effort.rays),
             _ => None,
         }
     }
@@ -172,7 +168,7 @@ impl RayForecast {
             Self::Unknown => Some(
                 "one rendering does not show whether more rays or more packets are needed: allow more of either".to_owned(),
             ),
-            Self::Known(RenderNeed { lacking: Some(packets), effort, .. }) => Some(format!(
+            Self::Known(Need { lacking: Some(packets), effort, .. }) => Some(format!(
                 "more rays are not enough: about {packets} packets and {} rays are needed: {}",
                 effort.rays,
                 extension(label, packets)
@@ -188,7 +184,7 @@ mod tests {
 
     fn known(rays: u32, lacking: Option<u64>) -> RayForecast {
         let effort = Effort { emissions: 1000, rays, batches: 32 };
-        RayForecast::Known(RenderNeed { effort, limited_by: None, lacking })
+        RayForecast::Known(Need { effort, limited_by: None, lacking })
     }
 
     #[test]

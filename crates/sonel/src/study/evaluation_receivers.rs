@@ -15,23 +15,29 @@ const STEPS: u32 = 9;
 /// Name of the receiver in every output.
 const NAME: &str = "mid-room";
 
-/// Most receivers. Chosen, not measured: each costs as much as the first; doubled, plans cost up to twice as much.
-const MOST: usize = 16;
+/// Most receivers of a target. Chosen, not measured: each costs as much as the first.
+pub const MOST: usize = 16;
+/// Receivers of a pilot. Chosen, not measured: doubled, the choice of a number of packets costs up to twice as much.
+pub const FEW: usize = 2;
 
-/// The receivers at which the accuracy of a run is read in `scene`, whose walls are `geometry`: those it names or, of very many, some from first to last.
+/// The receivers at which the accuracy of a run is read in `scene`, whose walls are `geometry`: those it names or, of more than `most`, some from
+/// first to last.
 #[must_use]
-pub fn evaluation_receivers(scene: &Scene, geometry: &Geometry) -> Vec<ReceiverPoint> {
-    if scene.receivers.is_empty() { vec![mid_room(scene, geometry)] } else { some_of(receivers_of(scene)) }
+pub fn evaluation_receivers(scene: &Scene, geometry: &Geometry, most: usize) -> Vec<ReceiverPoint> {
+    if scene.receivers.is_empty() {
+        return vec![mid_room(scene, geometry)];
+    }
+    some_of(receivers_of(scene), most)
 }
 
-/// Not too many of `receivers`, from first to last.
+/// At most `most` of `receivers`, at least two, from first to last.
 #[must_use]
-pub fn some_of(receivers: Vec<ReceiverPoint>) -> Vec<ReceiverPoint> {
+pub fn some_of(receivers: Vec<ReceiverPoint>, most: usize) -> Vec<ReceiverPoint> {
     let count = receivers.len();
-    if count <= MOST {
+    if count <= most {
         return receivers;
     }
-    (0..MOST).map(|index| receivers[index * (count - 1) / (MOST - 1)].clone()).collect()
+    (0..most).map(|index| receivers[index * (count - 1) / (most - 1)].clone()).collect()
 }
 
 fn mid_room(scene: &Scene, geometry: &Geometry) -> ReceiverPoint {
@@ -72,7 +78,7 @@ mod tests {
     fn a_room_without_receivers_is_evaluated_in_its_middle() {
         let scene = scene();
         let geometry = scene.geometry().unwrap();
-        let [place] = &evaluation_receivers(&scene, &geometry)[..] else { panic!("one receiver") };
+        let [place] = &evaluation_receivers(&scene, &geometry, MOST)[..] else { panic!("one receiver") };
         assert!(geometry.contains(place.position));
         assert!((place.position.z - 1.5).abs() < 1e-6, "{place:?}");
         assert!(geometry.distance_to_nearest_surface(place.position) > 1.4, "{place:?}");
@@ -83,6 +89,6 @@ mod tests {
     fn receivers_of_the_scene_come_first() {
         let scene = scene().with_receiver("seat", [7.0, 5.0, 1.2]);
         let geometry = scene.geometry().unwrap();
-        assert_eq!(evaluation_receivers(&scene, &geometry)[0].name, "seat");
+        assert_eq!(evaluation_receivers(&scene, &geometry, MOST)[0].name, "seat");
     }
 }

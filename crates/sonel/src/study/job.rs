@@ -2,11 +2,11 @@
 
 use std::sync::LazyLock;
 
-use crate::study::effort::Effort;
+use crate::study::forecast::Effort;
 use crate::study::memory::RenderLoad;
 use crate::study::response::{self, PART};
 use sonel_acoustics::{Directivity, Material, energy_to_level_db};
-use sonel_analysis::{ReceiverParameters, parameters};
+use sonel_analysis::{Parameter, ReceiverParameters, some_parameters};
 use sonel_echogram::provenance::{
     self, ByName, Changed, Coefficients, EdgeContributions, Options, PathClass, SourceRendering,
 };
@@ -101,11 +101,15 @@ impl<'a> Job<'a> {
         Self { map, geometry, label: None, prepared: None, batches: None, memory: None, receivers, watch }
     }
 
-    /// Renders with `settings` and reads the parameters.
-    pub(crate) fn read(&self, settings: &RenderSettings) -> Result<(RenderedMap, Vec<ReceiverParameters>)> {
+    /// Renders with `settings` and reads the `wanted` parameters.
+    pub(crate) fn read(
+        &self,
+        settings: &RenderSettings,
+        wanted: &[Parameter],
+    ) -> Result<(RenderedMap, Vec<ReceiverParameters>)> {
         let mut rendered = self.render(settings)?;
         let begin = self.watch.seconds().1;
-        let parameters = parameters(&rendered.response);
+        let parameters = some_parameters(&rendered.response, wanted);
         rendered.seconds.parameters = self.watch.seconds().1 - begin;
         Ok((rendered, parameters))
     }

@@ -3,7 +3,7 @@
 use sonel_renderer::{BATCHES_IN_FLIGHT, Columns, RAYS_IN_FLIGHT, RECEIVERS_IN_FLIGHT};
 use sonel_scene::Scene;
 
-use crate::study::effort::Effort;
+use crate::study::forecast::Effort;
 use crate::study::response::PART;
 
 /// Memory of a program by itself [bytes].

@@ -1,11 +1,10 @@
 //! Studies that use several stages: effects, pilots, plans.
 //!
 //! - [`effects`]: which effects are simulated;
-//! - [`forecast`]: predicted intervals and cost of a run;
-//! - [`render_need`]: rays for a rendering, and packets that the map lacks;
+//! - [`forecast`]: how many packets and rays, how wide the intervals, at what cost;
 //! - [`evaluation_receivers`]: where the accuracy of a run is read;
-//! - [`pilot`], its [`findings`] and [`spread`]: uncertainty of parameters, now and in longer runs;
-//! - [`plan`]: packets and rays for an accuracy;
+//! - [`pilot`] and [`spread`]: uncertainty of parameters in the first packets of a run;
+//! - [`plan`]: forecasts for several accuracies;
 //! - [`room_decay`]: how long a run has to be;
 //! - [`response`]: all sources of a map rendered, and the response made of it;
 //! - [`sensitivity`]: how parameters change with the coefficients of materials;
@@ -15,9 +14,7 @@
 
 pub mod criteria;
 pub mod effects;
-pub mod effort;
 pub mod evaluation_receivers;
-pub mod findings;
 pub mod forecast;
 pub(crate) mod job;
 mod kurtosis;
@@ -25,7 +22,6 @@ pub(crate) mod memory;
 pub mod pilot;
 pub mod pipeline;
 pub mod plan;
-pub mod render_need;
 pub mod response;
 pub mod room_decay;
 pub mod sensitivity;

@@ -7,7 +7,7 @@
 use std::io::{Cursor, Seek, Write};
 
 use sonel_acoustics::Material;
-use sonel_analysis::ReceiverParameters;
+use sonel_analysis::{Parameter, ReceiverParameters};
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{EffectState, Ledger, MapError, MapHeader, MapWriter, Settings, ShardRange, SonelMap};
@@ -193,7 +193,7 @@ pub fn render_and_read(
     settings: &RenderSettings,
     observer: &dyn Observer,
 ) -> Result<(RenderedMap, Vec<ReceiverParameters>)> {
-    Job::of(map, geometry, receivers, Watch(observer)).read(settings)
+    Job::of(map, geometry, receivers, Watch(observer)).read(settings, &Parameter::ALL)
 }
 
 /// The response of `map` and, behind its bands, of variants of its materials: they share packets, rays and random numbers with it, so that

@@ -17,7 +17,7 @@ use sonel_scene::{LONGEST_DEFAULT_DURATION, Scene};
 
 use crate::Result;
 use crate::observer::{Silent, Watch};
-use crate::study::evaluation_receivers::evaluation_receivers;
+use crate::study::evaluation_receivers::{MOST, evaluation_receivers};
 use crate::study::job::Job;
 use crate::study::pipeline::{InMemory, Room};
 
@@ -29,6 +29,8 @@ const RAYS: u32 = 1024;
 const END_DB: f64 = -50.0;
 /// At most so many times the largest Sabine time. A box of mirrors whose floor alone absorbs decays 6 times more slowly than Sabine's.
 const MOST_SABINE_TIMES: f64 = 8.0;
+/// Bins of the run at the least: two for each decibel of a decay at Sabine's time.
+const LEAST_BINS: f64 = 1000.0;
 /// Durations are whole multiples of 1/100 s.
 const PER_SECOND: f64 = 100.0;
 
@@ -52,9 +54,11 @@ impl RoomDecay {
         let map = Room::within(&scene, geometry, &[]).trace(settings, &mut InMemory, &Silent)?.map;
         // Few images: spheres take what they leave. With a gradient there are none. Edges do not change how a room decays.
         let mirror_order = (gradient <= 0.0).then_some(1);
-        let settings =
-            RenderSettings { rays: Some(RAYS), mirror_order, edges: false, ..RenderSettings::default() };
-        let receivers = evaluation_receivers(&scene, geometry);
+        // Times are read to 1/100 s, so bins are its divisors: at most a few thousand of them.
+        let bin = [0.01, 0.005, 0.002].into_iter().find(|bin| longest >= LEAST_BINS * bin).unwrap_or(0.001);
+        let default = RenderSettings::default();
+        let settings = RenderSettings { rays: Some(RAYS), mirror_order, edges: false, bin, ..default };
+        let receivers = evaluation_receivers(&scene, geometry, MOST);
         let rendered = Job::of(&map, geometry, &receivers, Watch(&Silent)).render(&settings)?;
         Ok(Some(Self { response: rendered.response }))
     }

@@ -1,13 +1,12 @@
 //! Plans of a trace: a pilot predicts the packets required.
 
-use crate::study::evaluation_receivers::evaluation_receivers;
-use crate::study::findings::Pilot;
+use crate::study::evaluation_receivers::{FEW, evaluation_receivers};
+use crate::study::forecast::Pilot;
 use crate::study::pilot::{self, PilotConfig};
 use crate::study::pipeline::Room;
 use crate::study::plan;
-use crate::study::spread::PLANNED;
 use sonel_map::{Settings, ShardRange, SonelMap};
-use sonel_renderer::{ReceiverPoint, RenderSettings};
+use sonel_renderer::ReceiverPoint;
 
 use crate::feasible::Demand;
 use crate::observer::Watch;
@@ -31,7 +30,7 @@ pub(crate) struct Planner<'a> {
 impl<'a> Planner<'a> {
     /// A planner for a run with `settings`.
     pub(super) fn new(room: Room<'a>, settings: Settings) -> Self {
-        let evaluation_receivers = evaluation_receivers(room.scene(), room.geometry());
+        let evaluation_receivers = evaluation_receivers(room.scene(), room.geometry(), FEW);
         Self { room, settings, evaluation_receivers }
     }
 
@@ -43,21 +42,9 @@ impl<'a> Planner<'a> {
         seconds: Option<f64>,
         watch: Watch<'_>,
     ) -> Result<(Pilot, SonelMap)> {
-        pilot::run(&self.config(is_priced, seconds), watch.0)
-    }
-
-    fn config(&self, is_priced: bool, seconds: Option<f64>) -> PilotConfig<'_> {
-        PilotConfig {
-            room: &self.room,
-            trace: self.settings,
-            // Edges bring no noise, but cost time.
-            render: RenderSettings { edges: is_priced, ..RenderSettings::default() },
-            is_traced: false,
-            receivers: &self.evaluation_receivers,
-            parameters: &PLANNED,
-            is_priced,
-            seconds,
-        }
+        let Self { room, settings, evaluation_receivers } = self;
+        let (settings, receivers) = (*settings, &evaluation_receivers[..]);
+        pilot::run(&PilotConfig { room, settings, receivers, edges: is_priced, seconds }, watch.0)
     }
 
     /// Checks that a run of the settings, or its part `shard`, takes no more than any run may, nor more `memory` [bytes] than it is allowed.
@@ -77,7 +64,7 @@ impl<'a> Planner<'a> {
         }
         let sources = self.room.scene().sources.len() as f64;
         let begin = watch.clock().process();
-        let segments = pilot::segments(&self.config(false, None))?;
+        let segments = pilot::segments(&self.room, self.settings)?;
         let each = (watch.clock().process() - begin) / pilot::FEW as f64;
         let map_bytes = VERTEX_BYTES * segments * sources * emissions;
         let memory_bytes = VERTEX_BYTES * segments * plan::EMISSIONS_UNDER_WAY.min(emissions);

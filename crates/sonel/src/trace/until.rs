@@ -3,17 +3,17 @@
 use serde_json::json;
 use sonel_analysis::ReceiverParameters;
 use sonel_map::{MapHeader, SonelMap};
-use sonel_renderer::RenderSettings;
+use sonel_renderer::{ReceiverPoint, RenderSettings};
 
 use crate::Result;
 use crate::observer::Watch;
 use crate::plan::Comparison;
-use crate::study::effort::Effort;
-use crate::study::findings::Pilot;
-use crate::study::pilot::FIRST;
-use crate::study::pipeline::{MapStore, TracedMap, render_and_read, trace};
-use crate::study::plan::{LEAST_PER_BATCH, Names};
-use crate::study::spread::readings;
+use crate::study::evaluation_receivers::{MOST, evaluation_receivers};
+use crate::study::forecast::{Effort, LEAST_PER_BATCH, Pilot};
+use crate::study::job::Job;
+use crate::study::pipeline::{MapStore, TracedMap, trace};
+use crate::study::plan::Names;
+use crate::study::spread::{PLANNED, readings};
 use crate::study::target::Targets;
 use crate::study::until::{Verdict, WORTH_WHILE};
 use crate::trace::Finished;
@@ -23,6 +23,8 @@ use crate::until::{Goal, Growing, Look};
 /// Segments of a run at the most, unless `packets` says how many: a map of about 4 GB.
 const MOST_SEGMENTS: f64 = 2.7e8;
 
+/// Packets of the first iteration: 64 in each of 32 batches.
+const FIRST: u64 = 2048;
 /// Share of the time left that an iteration is planned for [1]: the machine may become busier. Chosen, not measured; at 1 half of the runs end
 /// late.
 const RESERVE: f64 = 0.6;
@@ -30,6 +32,8 @@ const RESERVE: f64 = 0.6;
 /// A run that goes on from the packets of the iteration before.
 struct Run<'a, S> {
     planner: &'a Planner<'a>,
+    receivers: Vec<ReceiverPoint>,
+    targets: &'a Targets,
     header: &'a MapHeader,
     beginning: Option<&'a SonelMap>,
     store: &'a mut S,
@@ -52,8 +56,8 @@ impl<S: MapStore> Growing for Run<'_, S> {
         let known = before.as_ref().map(|look| &look.run.map).or(self.beginning);
         let traced = trace(&header, geometry, known, self.store, self.watch.0)?;
         drop(before);
-        let (settings, receivers) = (RenderSettings::default(), &self.planner.evaluation_receivers);
-        let (_, parameters) = render_and_read(&traced.map, geometry, receivers, &settings, self.watch.0)?;
+        let job = Job::of(&traced.map, geometry, &self.receivers, self.watch);
+        let (_, parameters) = job.read(&RenderSettings::default(), &self.targets.parameters())?;
         Ok((traced, parameters))
     }
 
@@ -86,11 +90,13 @@ pub(super) fn until(
     goal: &Goal<'_>,
     store: &mut impl MapStore,
 ) -> Result<Finished> {
-    let names = Names::of(&header.scene, &planner.evaluation_receivers);
+    let receivers = evaluation_receivers(&header.scene, planner.room.geometry(), MOST);
+    let names = Names::of(&header.scene, &receivers);
     let batches = header.settings.batches;
     let few = FIRST.max(LEAST_PER_BATCH * u64::from(batches)).min(goal.most.unwrap_or(u64::MAX));
     let first = beginning.map_or(few, |map| map.header().settings.emissions);
-    let mut run = Run { planner, header, beginning, store, watch: goal.watch, most: goal.most };
+    let Goal { targets, most, watch, .. } = *goal;
+    let mut run = Run { planner, receivers, targets, header, beginning, store, watch, most };
     let (look, mut told) = crate::until::until(&mut run, Effort::of_trace(first, batches), &names, goal)?;
     told["packets"] = json!(look.effort.emissions);
     let is_reached = Some(look.found.is_reached());
@@ -113,10 +119,9 @@ pub(super) fn compare_planned(
     seconds: f64,
     watch: Watch<'_>,
 ) -> Result<Comparison> {
-    let (settings, receivers) = (RenderSettings::default(), &planner.evaluation_receivers);
-    let (rendered, parameters) =
-        render_and_read(map, planner.room.geometry(), receivers, &settings, watch.0)?;
-    let found = readings(&parameters, &Targets::just_noticeable(1.0).parameters());
+    let job = Job::of(map, planner.room.geometry(), &planner.evaluation_receivers, watch);
+    let (rendered, parameters) = job.read(&RenderSettings::default(), &PLANNED)?;
+    let found = readings(&parameters, &PLANNED);
     let settings = map.header().settings;
     let effort = Effort::of_trace(settings.emissions, settings.batches);
     Ok(Comparison {
