@@ -42,8 +42,8 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
 }
 
 fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    if open(path)?.take(most + 1).read_to_end(&mut bytes)? as u64 > most {
+    let (file, mut bytes) = (open(path)?, Vec::new());
+    if file.metadata()?.len() > most || file.take(most + 1).read_to_end(&mut bytes)? as u64 > most {
         let most = most >> 20;
         return refused(
             io::ErrorKind::FileTooLarge,
