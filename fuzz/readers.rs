@@ -3,6 +3,7 @@
 
 use std::io::Cursor;
 
+use sonel::study::criteria::Criterion;
 use sonel::{Change, Effects, Grid, Targets, Variants};
 use sonel_acoustics::{BandWidth, Bands};
 
@@ -118,7 +119,7 @@ fn table(bytes: &[u8]) -> bool {
     sonel_scene::load_receivers(text, "r.toml").is_ok() || is_balloon
 }
 
-/// Words of the command line, one a line: NAME=VALUE of `--set` and `--for`, effects, targets, grids.
+/// Words of the command line, one a line: NAME=VALUE of `--set` and `--for`, effects, targets of `--until` and of reports, grids.
 fn words(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else { return false };
     let accepted = |word: &str| {
@@ -126,7 +127,8 @@ fn words(bytes: &[u8]) -> bool {
         let (is_change, is_variant) =
             (Change::parse(name, value).is_ok(), Variants::parse(name, value).is_ok());
         let (effects, targets) = (word.parse::<Effects>().is_ok(), word.parse::<Targets>().is_ok());
-        is_change || is_variant || effects || targets || word.parse::<Grid>().is_ok()
+        let is_criterion = word.parse::<Criterion>().is_ok();
+        is_change || is_variant || effects || targets || is_criterion || word.parse::<Grid>().is_ok()
     };
     text.lines().filter(|line| accepted(line)).count() > 0
 }

@@ -16,7 +16,7 @@ use crate::Error;
 
 /// A message of bad input.
 pub(crate) fn refused(message: impl Display) -> PyErr {
-    Error::new_err(message.to_string())
+    Error::new_err(sonel::names::message(&message.to_string()))
 }
 
 /// An object in JSON as Python's.
@@ -236,7 +236,8 @@ impl<'py> Keywords<'py> {
 
     /// Whether a flag is set; `default` where it is not there.
     pub(crate) fn flag(&self, name: &str, default: bool) -> PyResult<bool> {
-        self.get(name)?.map_or(Ok(default), |given| given.is_truthy())
+        let Some(given) = self.get(name)? else { return Ok(default) };
+        given.is_truthy().map_err(|_| refused(format!("`{name}` is {given}: give True or False")))
     }
 
     /// An object of a class of this module.

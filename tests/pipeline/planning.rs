@@ -103,7 +103,7 @@ fn targets_that_cannot_be_read_say_what_can() {
         (&["--until", "t30<1dB"], "t30<1%"),
         (&["--until", "t30<1%", "--at-most", "soon"], "60s"),
         (&["--until", "t30<1%", "--shard", "1/2"], "--plan"),
-        (&["--at-most", "60s"], "--until"),
+        (&["--packets", "1G"], "--at-most allows 10 min on "),
     ] {
         let error = format!("{:#}", trace(&folder, "a.sonelmap", options).unwrap_err());
         assert!(error.contains(part), "{options:?}: {error}");
@@ -236,7 +236,7 @@ fn targets_and_plans_of_a_map_that_make_no_sense_are_errors() {
         (&["--until", "rt60<1%"][..], "level, g, edt"),
         (&["--until", "t30<1dB"], "t30<1%"),
         (&["--until", "t30<1%", "--at-most", "soon"], "60s"),
-        (&["--at-most", "60s"], "--until"),
+        (&["--rays", "4G"], "--at-most allows 10 min on "),
         (&["--until", "t30<1%", "--rays", "0"], "give 1 … 4294967295 rays"),
     ] {
         let error = format!("{:#}", render(&folder, "a.sonelmap", "a.npz", options).unwrap_err());

@@ -85,7 +85,7 @@ impl<'t> Table<'t> {
 
     /// Reports every key that is not `known`.
     pub(crate) fn allow_only(&self, known: &[&str]) {
-        for (name, at, _) in &self.entries.0 {
+        for (name, at, _) in self.entries.0.iter().take_while(|_| !self.report.is_full()) {
             if !known.contains(&name.as_str()) {
                 let advice = suggest(name, known.iter().copied());
                 self.report.problem(*at, format!("{}: unknown key; {advice}", self.path_of(name)));

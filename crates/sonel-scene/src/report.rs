@@ -5,6 +5,9 @@ use std::cell::RefCell;
 use crate::problem::LineProblem;
 use crate::{Place, Problem, SceneErrors};
 
+/// Problems of a scene file that are listed: to find the line of each takes time in proportion to the file.
+const MOST_PROBLEMS: usize = 100;
+
 /// Problems of one scene and the notes for its log, with the text that turns offsets into lines. Every table and value of the scene refers to it.
 pub(crate) struct Report {
     file: String,
@@ -52,11 +55,21 @@ impl Report {
         }
     }
 
-    /// A problem of the scene file at a byte offset.
+    /// Whether there are more problems than anybody reads.
+    pub(crate) fn is_full(&self) -> bool {
+        self.problem_count() > MOST_PROBLEMS
+    }
+
+    /// A problem of the scene file at a byte offset. Those beyond [`MOST_PROBLEMS`] are one.
     pub(crate) fn problem(&self, offset: usize, message: impl Into<String>) {
+        let message = match self.problem_count() {
+            count if count > MOST_PROBLEMS => return,
+            MOST_PROBLEMS => "there are more problems: mend those above first".to_owned(),
+            _ => message.into(),
+        };
         let of_code = || Place { file: self.file.clone(), line: 0, column: 1 };
         let place = self.text.as_deref().map_or_else(of_code, |text| place(&self.file, text, offset));
-        self.problems.borrow_mut().push(Problem { place, message: message.into() });
+        self.problems.borrow_mut().push(Problem { place, message });
     }
 
     /// Problems of another file.
@@ -128,6 +141,18 @@ fn place(file: &str, text: &str, offset: usize) -> Place {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_many_problems_the_first_are_listed() {
+        let report = Report::new("s", Some(&"x\n".repeat(1000)));
+        for line in 0..1000 {
+            report.problem(2 * line, format!("number {line}"));
+        }
+        let problems = report.finish().unwrap_err().problems;
+        assert_eq!(problems.len(), MOST_PROBLEMS + 1);
+        let last = &problems[MOST_PROBLEMS];
+        assert!(last.place.line == MOST_PROBLEMS + 1 && last.message.contains("more problems"), "{last}");
+    }
 
     #[test]
     fn places_count_lines_and_characters_from_one() {

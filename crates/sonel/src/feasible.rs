@@ -17,6 +17,11 @@ const MOST_CPU_SECONDS: f64 = 365.0 * 86_400.0;
 const UNANNOUNCED_MEMORY_BYTES: f64 = 4e9;
 const UNANNOUNCED_CPU_SECONDS: f64 = 300.0;
 
+/// Cores of this machine.
+pub(crate) fn cores() -> f64 {
+    std::thread::available_parallelism().map_or(1.0, |cores| cores.get() as f64)
+}
+
 /// Demand of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Demand {
@@ -47,12 +52,17 @@ impl Demand {
     /// Announces a large run. `smaller` is what makes it smaller.
     ///
     /// # Errors
-    /// Where it takes more memory than `allowed` [bytes].
-    pub(crate) fn admit(self, allowed: Option<f64>, smaller: &str, watch: Watch<'_>) -> Result<()> {
-        if let Some(allowed) = allowed.filter(|allowed| self.memory_bytes > *allowed) {
+    /// Where it takes more memory [bytes], or on all cores more time [s], than `allowed`.
+    pub(crate) fn admit(self, allowed: [Option<f64>; 2], smaller: &str, watch: Watch<'_>) -> Result<()> {
+        let [memory, time] = allowed;
+        let of_memory = memory.filter(|most| self.memory_bytes > *most);
+        let of_time = time.filter(|most| self.cpu_seconds > most * cores());
+        let over = of_memory.map(|most| format!("`memory` allows {}", bytes(most)));
+        let of_time = of_time.map(|most| format!("`at_most` allows {} on {} cores", seconds(most), cores()));
+        let over = over.or(of_time);
+        if let Some(over) = over {
             return Err(Error::Options(vec![format!(
-                "the run needs about: {self}, but `memory` allows {}: allow more, or {smaller}",
-                bytes(allowed)
+                "the run needs about: {self}, but {over}: allow more, or {smaller}"
             )]));
         }
         if self.memory_bytes > UNANNOUNCED_MEMORY_BYTES || self.cpu_seconds > UNANNOUNCED_CPU_SECONDS {
@@ -104,13 +114,15 @@ mod tests {
             let demand = Demand { cpu_seconds, map_bytes: 0.0, memory_bytes };
             demand.admit(allowed, "give fewer", Watch(&heard))
         };
-        admit(299.0, 3.9e9, Some(4e9)).unwrap();
+        admit(299.0, 3.9e9, [Some(4e9), Some(300.0)]).unwrap();
         assert!(heard.0.lock().unwrap().is_empty());
-        admit(301.0, 1e9, None).unwrap();
-        admit(1.0, 4.1e9, None).unwrap();
+        admit(301.0, 1e9, [None, Some(301.0)]).unwrap();
+        admit(1.0, 4.1e9, [None; 2]).unwrap();
         let last = "the run needs about: memory 4.1 GB, CPU time 1.00 s; for less, give fewer";
         assert_eq!(heard.0.lock().unwrap()[1..], [last]);
-        let refused = admit(1.0, 4.1e9, Some(4e9)).unwrap_err().to_string();
+        let late = admit(1801.0 * cores(), 1e9, [None, Some(1800.0)]).unwrap_err().to_string();
+        assert!(late.contains("but `at_most` allows 30 min on ") && late.ends_with("give fewer"), "{late}");
+        let refused = admit(1.0, 4.1e9, [Some(4e9), None]).unwrap_err().to_string();
         assert!(
             refused.starts_with("the run needs about: memory 4.1 GB")
                 && refused.ends_with("but `memory` allows 4.0 GB: allow more, or give fewer"),

@@ -351,7 +351,7 @@ class Scene(_Managed):
         known = [*document["materials"], *(_rooms.SIDES if polygons is None else [])]
         for name in changed:
             if name not in known:
-                raise Error(f"no face is of the material {name!r}: the room has {', '.join(dict.fromkeys(known))}")
+                raise Error(f"no face is of the material {_input.shown(name)}: the room has {', '.join(dict.fromkeys(known))}")
         return self._of_document({**document, "materials": {**document["materials"], **changed}}, polygons, objects)
 
     def absorption_for(self, t60: ArrayLike, material: str = "walls") -> NDArray[np.float64]:
@@ -544,7 +544,8 @@ def trace(
         `report["until"]["reached"]` says whether it does. The map is that of `packets` with the final number. Parameters: level, g, edt, t20, t30, c50,
         c80, d50, ts; units: %, s, ms, dB, jnd.
     at_most
-        Time limit of `until`, such as 60s, 5min, 2h.
+        Time limit, such as 60s, 5min, 2h (default 10 min): a run that is predicted to take longer on all cores is refused
+        before it starts, `until` ends with what it has.
     memory
         Own memory that the run may take [bytes], such as 8G: one that is predicted to take more is refused before it
         starts. Not with `until`.
@@ -588,7 +589,7 @@ def trace(
     keywords = {
         "packets": packets,
         "until": until,
-        "at_most": at_most,
+        "at_most": _input.USUAL_TIME if at_most is None else at_most,
         "memory": memory,
         "seed": seed,
         "batches": batches,
@@ -628,12 +629,12 @@ def random_rooms(
     size
         Smallest and largest lengths [x, y, z] [m], shape [2, 3].
     furniture
-        Fewest and most boxes on the floor; a small room may have fewer.
+        Fewest and most boxes on the floor, at most 100; a small room may have fewer.
     t60
         Range of Eyring's reverberation time [s], for which the walls get their absorption; without it all materials are entries of the
         library.
     sources, receivers
-        How many of each: 1 to 1.8 m high, 0.5 m from walls, 0.3 m from furniture, 1 m apart.
+        How many of each, at most 100: 1 to 1.8 m high, 0.5 m from walls, 0.3 m from furniture, 1 m apart.
     **keys
         Other keys of the scene file: bands, air, …; not those of walls and materials.
 
@@ -650,23 +651,23 @@ def random_rooms(
     right = "smallest and largest [x, y, z], 2 to 1000 m each"
     extents = _input.numbers(size, "size", right, (2, 3))
     if not np.all((2.0 <= extents[0]) & (extents[0] <= extents[1]) & (extents[1] <= 1000.0)):
-        raise Error(f"size is {size!r}: give {right}")
+        raise Error(f"size is {_input.shown(size)}: give {right}")
     fewest, most = _input.span(furniture, "furniture", "the fewest and the most boxes")
     right = "the shortest and the longest time above 0 s"
     times = None if t60 is None else _input.span(t60, "t60", right)
     if times is not None and times[0] <= 0.0:
-        raise Error(f"t60 is {t60!r}: give {right}")
+        raise Error(f"t60 is {_input.shown(t60)}: give {right}")
     for key in {"materials", "shoebox", "mesh", "mesh_unit", "mesh_up"}.intersection(keys):
         raise Error(f"{key} is not a key of random rooms, which have their own walls and materials: leave it out")
     options = {
         "seed": _input.whole(seed, "seed", 0, _input.SEED),
         "size": extents.tolist(),
-        "furniture": (_input.whole(fewest, "furniture"), _input.whole(most, "furniture")),
+        "furniture": (_input.whole(fewest, "furniture", 0, 100), _input.whole(most, "furniture", 0, 100)),
         "t60": times,
-        "sources": _input.whole(sources, "sources", 1),
-        "receivers": _input.whole(receivers, "receivers", 1),
+        "sources": _input.whole(sources, "sources", 1, 100),
+        "receivers": _input.whole(receivers, "receivers", 1, 100),
     }
-    return RandomRooms(_input.whole(count, "count", 1), {**options, "keys": keys})
+    return RandomRooms(_input.whole(count, "count", 1, sys.maxsize), {**options, "keys": keys})
 
 
 def dataset(
@@ -933,10 +934,10 @@ class Map(_Managed):
             Also store energies by direction of incidence, for LF, LFC and L_J. Receivers must be omnidirectional. The
             lateral axis is horizontal, at right angles to the aim, by default towards the first source.
         until, at_most
-            Take more batches, then more rays, until the intervals are narrow enough.
+            Take more batches, then more rays, until the intervals are narrow enough; `at_most` as for `trace`.
         memory
             Own memory that the rendering may take [bytes], such as 8G: one that is predicted to take more is refused
-            before it starts.
+            before it starts (default three quarters of the machine's).
         threads, progress
             As for `trace`.
 
@@ -971,8 +972,8 @@ class Map(_Managed):
             "air": air,
             "directions": directions,
             "until": until,
-            "at_most": at_most,
-            "memory": memory,
+            "at_most": _input.USUAL_TIME if at_most is None else at_most,
+            "memory": _input.usable_memory() if memory is None else memory,
             "threads": threads,
         }
         with _Text(progress) as follower:
@@ -1110,7 +1111,7 @@ class Map(_Managed):
             points = np.asarray(path, dtype=float)
             samples = np.asarray(signal, dtype="<f8")
         except (TypeError, ValueError) as problem:
-            raise Error(f"path and signal are numbers: {problem}") from None
+            raise Error(f"path and signal are numbers: {_input.shown(str(problem))}") from None
         if points.ndim != 2 or points.shape[1] != 4:
             raise Error(f"path has the shape {list(points.shape)}: give rows of t, x, y, z, shape [P, 4]")
         if samples.ndim != 1 or not np.all(np.isfinite(samples)):
@@ -1700,7 +1701,7 @@ def _grid(axes: Sequence[ArrayLike]) -> str:
     """A grid of arrays as the option has it."""
     right = "three axes, each one number or evenly spaced numbers"
     if not isinstance(axes, (Sequence, np.ndarray)) or len(axes) != 3:
-        raise Error(f"grid is {axes!r}: give {right}")
+        raise Error(f"grid is {_input.shown(axes)}: give {right}")
     given = [np.atleast_1d(_input.numbers(axis, "an axis of grid", right)) for axis in axes]
 
     def text(axis: NDArray[np.float64]) -> str:
@@ -1733,14 +1734,14 @@ def _receiver(
 ) -> tuple[str, list[float], str, list[float] | None]:
     """Name, position, directivity and aim of a receiver."""
     if others:
-        raise Error(f"receiver {name!r}: unknown key {next(iter(others))!r}; known: position, directivity, aim")
+        raise Error(f"receiver {_input.shown(name)}: unknown key {_input.shown(next(iter(others)))}; known: position, directivity, aim")
     if position is None:
-        raise Error(f"receiver {name!r}: position is missing; give three numbers [x, y, z] in metres")
+        raise Error(f"receiver {_input.shown(name)}: position is missing; give three numbers [x, y, z] in metres")
     if aim is None and directivity != "omni":
-        raise Error(f"receiver {name!r}: aim is missing; a {directivity} receiver needs aim = [x, y, z]")
+        raise Error(f"receiver {_input.shown(name)}: aim is missing; a {directivity} receiver needs aim = [x, y, z]")
 
     def triple(given: Any, what: str) -> list[float]:
-        found: list[float] = _input.numbers(given, f"receiver {name!r}: {what}", "three finite numbers [x, y, z]", (3,)).tolist()
+        found: list[float] = _input.numbers(given, f"receiver {_input.shown(name)}: {what}", "three finite numbers [x, y, z]", (3,)).tolist()
         return found
 
     return name, triple(position, "position"), str(directivity), None if aim is None else triple(aim, "aim")

@@ -10,6 +10,7 @@ import hashlib
 import io
 import json
 import os
+import secrets
 import sys
 import tarfile
 import threading
@@ -49,19 +50,24 @@ def write(
     for name, function in (("trace", trace), ("render", Map.render)):
         _input.check_keywords(options[name], function, name, {"threads", "progress"})
     if form not in ("npz", "tar"):
-        raise Error(f"format is {form!r}: give npz or tar")
+        raise Error(f"format is {_input.shown(form)}: give npz or tar")
     if not (hasattr(rooms, "__len__") and hasattr(rooms, "__getitem__") and len(rooms)):
-        raise Error(f"rooms is {rooms!r}: give a sequence of scenes, at least one")
+        raise Error(f"rooms is {_input.shown(rooms)}: give a sequence of scenes, at least one")
     ranges = [range(begin, min(begin + shard_size, len(rooms))) for begin in range(0, len(rooms), shard_size)]
     wanted = range(len(ranges)) if shards is None else _wanted(shards, len(ranges), len(rooms))
     named = _checked(rooms, options["render"])
     if microphones is not None:
         _positions(microphones)
+    if out.exists() and not out.is_dir():
+        raise Error(f"{out} is not a folder: choose another one")
     out.mkdir(parents=True, exist_ok=True)
     _manifest(out, named, {**options, "microphones": microphones, "shard_size": shard_size, "format": form})
     ranges = [ranges[number] for number in wanted]
     paths = [out / f"shard-{number:05d}.{form}" for number in wanted]
-    missing = [(path, indices) for path, indices in zip(paths, ranges) if not path.exists()]
+    for path in paths:
+        if os.path.lexists(path) and not path.is_file():
+            raise Error(f"{path} is not a regular file: remove it")
+    missing = [(path, indices) for path, indices in zip(paths, ranges) if not (path.exists() and path.stat().st_size)]
     total = sum(map(len, ranges))
     stopped = threading.Event()
 
@@ -96,7 +102,7 @@ def write(
 def _wanted(shards: Iterable[Any], count: int, rooms: int) -> list[int]:
     """Numbers of the shards to write."""
     if not isinstance(shards, Iterable):
-        raise Error(f"shards is {shards!r}: give a list of numbers")
+        raise Error(f"shards is {_input.shown(shards)}: give a list of numbers")
     numbers = sorted({_input.whole(number, "a number in shards") for number in shards})
     if numbers and numbers[-1] >= count:
         raise Error(f"there is no shard {numbers[-1]}: {rooms} rooms make {count}, counted from 0")
@@ -142,10 +148,15 @@ def _plain(value: Any) -> Any:
 
 
 def _publish(path: Path, content: bytes) -> None:
-    # Other processes may write the same file with the same bytes.
-    unfinished = path.with_name(f"{path.name}.{os.getpid()}.part")
-    unfinished.write_bytes(content)
-    os.replace(unfinished, path)
+    # Other processes, also of other machines, may write the same file with the same bytes.
+    unfinished = path.with_name(f"{path.name}.{secrets.token_hex(8)}.part")
+    try:
+        with open(unfinished, "xb") as file:
+            file.write(content)
+        os.replace(unfinished, path)
+    except BaseException:
+        unfinished.unlink(missing_ok=True)
+        raise
 
 
 def _rows(

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _sonel
+from . import _input, _sonel
 from ._sonel import Error
 
 if TYPE_CHECKING:
@@ -198,11 +198,11 @@ def _table(given: Mapping[str, ArrayLike], name: str, shape: tuple[int, ...]) ->
     found = np.full((len(_KEYS), *shape), np.nan)
     for key, numbers in given.items():
         if key not in _KEYS:
-            raise Error(f"{name} has the key {key!r}: give those of {', '.join(_KEYS)}")
+            raise Error(f"{name} has the key {_input.shown(key)}: give those of {', '.join(_KEYS)}")
         try:
             found[_KEYS.index(key)] = np.asarray(numbers, dtype=float)
         except (TypeError, ValueError):
-            raise Error(f"{name}[{key!r}] is {numbers!r}: give numbers of the shape [source, receiver, band], {list(shape)}") from None
+            raise Error(f"{name}[{_input.shown(key)}] is {_input.shown(numbers)}: give numbers of the shape [source, receiver, band], {list(shape)}") from None
     return found
 
 
@@ -222,11 +222,11 @@ def fit(
     except ImportError:
         raise Error('sonel.fit needs scipy: pip install "sonel[fit]"') from None
     if not 0 < prior_sigma < np.inf:
-        raise Error(f"prior_sigma is {prior_sigma!r}: give a number above 0, such as 0.5")
+        raise Error(f"prior_sigma is {_input.shown(prior_sigma)}: give a number above 0, such as 0.5")
     of_map = map.materials
     for name in materials or []:
         if name not in of_map:
-            raise Error(f"materials has {name!r}: the map has {', '.join(of_map)}")
+            raise Error(f"materials has {_input.shown(name)}: the map has {', '.join(of_map)}")
     names = list(of_map)
     may_change = np.array([materials is None or name in materials for name in names])
     start, least = (np.array([of_map[name][key] for name in names]) for key in ("absorption", "transmission"))

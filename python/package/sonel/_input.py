@@ -18,6 +18,22 @@ _Kind = TypeVar("_Kind")
 
 # The largest seed.
 SEED = 2**64 - 1
+# Longest time of a run that states none [s].
+USUAL_TIME = 600.0
+
+
+def shown(value: Any) -> str:
+    """A value as messages have it: without the middle of a long one."""
+    text = repr(value)
+    return text if len(text) <= 240 else f"{text[:160]} … {text[-60:]}"
+
+
+def usable_memory() -> float | None:
+    """Three quarters of the memory of this machine [bytes]; None where the system does not say it."""
+    try:
+        return 0.75 * os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        return None
 
 
 def whole(value: Any, name: str, low: int = 0, high: int | None = None, unit: str = "") -> int:
@@ -25,7 +41,7 @@ def whole(value: Any, name: str, low: int = 0, high: int | None = None, unit: st
     is_whole = isinstance(value, (int, np.integer)) or (isinstance(value, (float, np.floating)) and float(value).is_integer())
     if isinstance(value, bool) or not is_whole or not low <= value <= (np.inf if high is None else high):
         allowed = f"of at least {low}{unit}" if high is None else f"from {low} to {high}{unit}"
-        raise Error(f"{name} is {value!r}: give a whole number {allowed}")
+        raise Error(f"{name} is {shown(value)}: give a whole number {allowed}")
     return int(value)
 
 
@@ -36,7 +52,7 @@ def numbers(value: ArrayLike, name: str, right: str, shape: tuple[int, ...] | No
     except (TypeError, ValueError):
         found = np.full((), np.nan)
     if not np.all(np.isfinite(found)) or shape not in (None, found.shape):
-        raise Error(f"{name} is {value!r}: give {right}")
+        raise Error(f"{name} is {shown(value)}: give {right}")
     return found
 
 
@@ -44,14 +60,14 @@ def span(value: ArrayLike, name: str, right: str) -> tuple[float, float]:
     """Two numbers, the smaller one first."""
     low, high = numbers(value, name, right, (2,))
     if low > high:
-        raise Error(f"{name} is {value!r}: give {right}")
+        raise Error(f"{name} is {shown(value)}: give {right}")
     return float(low), float(high)
 
 
 def of_kind(value: Any, kind: type[_Kind], name: str, right: str) -> _Kind:
     """An object of a class."""
     if not isinstance(value, kind):
-        raise Error(f"{name} is {value!r}: give {right}")
+        raise Error(f"{name} is {shown(value)}: give {right}")
     return value
 
 
@@ -60,7 +76,7 @@ def check_keywords(given: Iterable[str], function: Callable[..., Any], name: str
     known = [key for key, kind in inspect.signature(function).parameters.items() if kind.default is not kind.empty and key not in taken]
     for key in given:
         if key not in known:
-            raise Error(f"{name} has no option {key!r}: give those of {', '.join(known)}")
+            raise Error(f"{name} has no option {shown(key)}: give those of {', '.join(known)}")
 
 
 def output(path: str, name: str, is_earlier: Callable[[bytes], bool], source: str | os.PathLike[str] | None = None) -> str:

@@ -122,7 +122,7 @@ def placed_box(scene: Scene, low: ArrayLike, high: ArrayLike) -> Parts:
     if polygons is None:
         ends = np.clip(ends, *room)
     if not np.all(ends[0] < ends[1]):
-        raise Error(f"the box from {low!r} to {high!r} has no volume in the room, which is from {_text(room)} m: give two opposite corners")
+        raise Error(f"the box from {_input.shown(low)} to {_input.shown(high)} has no volume in the room, which is from {_text(room)} m: give two opposite corners")
     _within(ends, room, "the box")
     for other in map(decoded, objects):
         there = _ends(other.points)
@@ -181,12 +181,12 @@ def absorption_for(scene: Scene, t60: ArrayLike, name: str) -> NDArray[np.float6
     room = scene.room
     materials = {entry["name"]: entry for entry in room["materials"]}
     if name not in materials:
-        raise Error(f"there is no material {name!r} in the room; it has {', '.join(materials)}")
+        raise Error(f"there is no material {_input.shown(name)} in the room; it has {', '.join(materials)}")
     bands = scene.center_frequencies.shape
     right = f"a time above 0 s, or one for each of {bands[0]} bands"
     times = _input.numbers(t60, "t60", right)
     if times.shape not in ((), (1,), bands) or not np.all(times > 0):
-        raise Error(f"t60 is {t60!r}: give {right}")
+        raise Error(f"t60 is {_input.shown(t60)}: give {right}")
     wanted = np.broadcast_to(times, bands)
     area, volume = room["area_m2"], room["volume_m3"]
     constant = 24 * np.log(10) / scene.speed_of_sound * volume
@@ -202,7 +202,7 @@ def absorption_for(scene: Scene, t60: ArrayLike, name: str) -> NDArray[np.float6
         ends = [(others[b] + coefficient * own["area_m2"]) / area for coefficient in (0.99, 0.01)]
         low, high = (constant / (air[b] - area * np.log1p(-min(end, 0.999))) for end in ends)
         raise Error(
-            f"t60 of {wanted[b]:g} s at {scene.center_frequencies[b]:g} Hz needs an absorption of {found[b]:.3f} of {name!r}: "
+            f"t60 of {wanted[b]:g} s at {scene.center_frequencies[b]:g} Hz needs an absorption of {found[b]:.3f} of {_input.shown(name)}: "
             f"{low:.2f} to {high:.2f} s are possible there with the other materials and the air"
         )
     return np.asarray(found, dtype=float)

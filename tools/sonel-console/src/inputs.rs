@@ -64,14 +64,19 @@ pub fn parse<P: Parser>() -> P {
     P::from_arg_matches(&matches).unwrap_or_else(|error| end(&error.format(&mut P::command())))
 }
 
-/// Prints help or what is wrong with a command line, and ends the program.
+/// Prints help or what is wrong with a command line, and ends the program: with code 2 where help is lost to a full disk.
 fn end(printed: &clap::Error) -> ! {
+    let mut code = printed.exit_code();
+    // A closed stderr cannot be told.
     if printed.use_stderr() {
-        // A closed stderr cannot be told.
         let _ = std::io::stderr().write_all(message(&printed.render().to_string()).as_bytes());
-        std::process::exit(printed.exit_code())
+    } else if let Err(error) = printed.print().and_then(|()| std::io::stdout().flush())
+        && error.kind() != std::io::ErrorKind::BrokenPipe
+    {
+        let _ = writeln!(std::io::stderr(), "error: {error}");
+        code = 2;
     }
-    printed.exit()
+    std::process::exit(code)
 }
 
 /// A command that does not come first, or is none: clap takes the first word for a file, and the second for what conflicts with it.

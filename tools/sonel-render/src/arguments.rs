@@ -183,11 +183,11 @@ pub struct Arguments {
         target::names()
     ))]
     pub until: Option<Targets>,
-    /// Time limit of --until, such as 5min.
+    /// Time limit, such as 5min or 2h.
     ///
-    /// No rendering starts that would end later.
-    #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
-    pub at_most: Option<f64>,
+    /// A run that is predicted to take longer on all cores is refused before it starts; --until ends with what it has.
+    #[arg(long, value_name = "TIME", value_parser = parse_time, default_value = "10min")]
+    pub at_most: f64,
     /// Memory limit [bytes], such as 8G [default: three quarters of the machine's].
     ///
     /// A rendering that is predicted to take more memory of its own is refused before it starts.
@@ -244,7 +244,7 @@ impl Arguments {
             }),
             shard: self.shard,
             until: self.until.clone(),
-            at_most: self.at_most,
+            at_most: Some(self.at_most),
             memory: self.memory.map(|bytes| bytes as f64).or_else(usable_memory),
         }
     }

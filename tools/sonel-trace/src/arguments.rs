@@ -91,9 +91,11 @@ pub struct Arguments {
         target::names()
     ))]
     pub until: Option<Targets>,
-    /// Time limit of --until, such as 5min.
-    #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
-    pub at_most: Option<f64>,
+    /// Time limit, such as 5min or 2h.
+    ///
+    /// A run that is predicted to take longer on all cores is refused before it starts; --until ends with what it has.
+    #[arg(long, value_name = "TIME", value_parser = parse_time, default_value = "10min")]
+    pub at_most: f64,
     /// Memory limit [bytes], such as 8G.
     ///
     /// A run that is predicted to take more memory of its own is refused before it starts. Not with --until.
@@ -142,7 +144,7 @@ impl Arguments {
             decision: None,
             effects: self.effects.clone(),
             until: self.until.clone(),
-            at_most: self.at_most,
+            at_most: Some(self.at_most),
             memory: self.memory.map(|bytes| bytes as f64),
         }
     }

@@ -32,7 +32,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     }
 }
 
-/// Writes the page of `files` to `output`. A scene is traced with `packets`, a map without response rendered at the receivers of its scene.
+/// Writes the page of `files` to `output`: missed where a response fails a target. A scene is traced with `packets`, a map without response rendered at the receivers of its scene.
 ///
 /// # Errors
 /// When a file is unusable, there is a map of another scene, uncertainty is given without the map of a response, or the output cannot be written.
@@ -71,8 +71,9 @@ pub fn freeze(
     }
     let walls = maps.iter().map(|map| follower.result(map.walls())).collect::<Result<Vec<_>, _>>()?;
     let traced = maps.iter().zip(&walls).map(|(map, walls)| page::Traced { map: map.sonels(), walls });
-    let text = page::Page::of_responses(&subjects, &traced.collect::<Vec<_>>(), head).to_html();
+    let page = page::Page::of_responses(&subjects, &traced.collect::<Vec<_>>(), head);
+    let text = page.to_html();
     target.write(|out| out.write_all(text.as_bytes()))?;
     follower.line(&format!("{:.1} MB; written to {}", text.len() as f64 / 1e6, output.display()))?;
-    Ok(Outcome::Done)
+    Ok(if page.has_failed() { Outcome::Missed } else { Outcome::Done })
 }

@@ -126,9 +126,6 @@ impl Map {
         options: &RenderOptions,
         observer: &dyn Observer,
     ) -> Result<Rendered> {
-        if options.at_most.is_some() && options.until.is_none() {
-            return Err(Error::Options(vec!["`at_most` limits `until`: give `until`, too".to_owned()]));
-        }
         self.prepare(receivers, options, observer)?.render(None, observer)
     }
 
@@ -269,7 +266,7 @@ impl PreparedRendering<'_> {
             label: Some(*label),
             prepared: Some(*prepared),
             batches: options.batches,
-            memory: Some(options.memory.unwrap_or(f64::INFINITY)),
+            allowed: Some([options.memory, options.at_most.filter(|_| options.until.is_none())]),
             receivers,
             watch,
         }

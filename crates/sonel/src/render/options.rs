@@ -49,7 +49,7 @@ pub struct RenderOptions {
     pub shard: Option<ShardRange>,
     /// Takes more batches, then more rays, until the intervals are as narrow as this.
     pub until: Option<Targets>,
-    /// Limit of `until` and of plans [s], by the observer's clock.
+    /// Limit of `until` and of plans [s], by the observer's clock; another rendering that is predicted to take longer on all cores is refused.
     pub at_most: Option<f64>,
     /// Own memory that the rendering may take [bytes]: one that is predicted to take more is refused.
     pub memory: Option<f64>,

@@ -47,8 +47,8 @@ pub(crate) struct Job<'a> {
     pub prepared: Option<&'a Prepared>,
     /// Number of batches; by default all.
     pub batches: Option<u32>,
-    /// Own memory that it may take [bytes]; none where its demand is not asked for.
-    pub memory: Option<f64>,
+    /// Own memory [bytes] and time [s] that it may take; none where its demand is not asked for.
+    pub allowed: Option<[Option<f64>; 2]>,
     /// Receivers.
     pub receivers: &'a [ReceiverPoint],
     /// Observer.
@@ -98,7 +98,7 @@ impl<'a> Job<'a> {
         receivers: &'a [ReceiverPoint],
         watch: Watch<'a>,
     ) -> Self {
-        Self { map, geometry, label: None, prepared: None, batches: None, memory: None, receivers, watch }
+        Self { map, geometry, label: None, prepared: None, batches: None, allowed: None, receivers, watch }
     }
 
     /// Renders with `settings` and reads the `wanted` parameters.
@@ -130,9 +130,9 @@ impl<'a> Job<'a> {
         let traced = map.header().settings;
         let rays = settings.rays(traced.emissions);
         let effort = Effort { emissions: traced.emissions, rays, batches: renderer.batches() };
-        if let Some(memory) = self.memory {
+        if let Some(allowed) = self.allowed {
             let demand = self.demand(&renderer, settings, effort);
-            demand.admit(Some(memory), "give fewer receivers or wider bins", watch)?;
+            demand.admit(allowed, "give fewer receivers, fewer rays or wider bins", watch)?;
         }
         let opened = watch.seconds();
         let seconds = RenderSeconds { prepare: opened.1 - begin, ..RenderSeconds::default() };
@@ -206,8 +206,11 @@ impl<'a> Job<'a> {
             casts_rays: renderer.gathers_by_mirrors(),
             segments: sonels / effort.emissions.max(1) as f64,
         };
+        // A segment of a ray beyond those by default costs as much as a sonel (classroom: 0.3 µs).
+        let usual = RenderSettings::default().rays(effort.emissions);
+        let of_rays = load.segments * f64::from(effort.rays.saturating_sub(usual));
         Demand {
-            cpu_seconds: SECONDS_PER_SONEL * sonels * pairs,
+            cpu_seconds: SECONDS_PER_SONEL * (sonels + of_rays) * pairs,
             map_bytes: 0.0,
             memory_bytes: load.memory(effort, scene, self.receivers.len(), settings.bin),
         }

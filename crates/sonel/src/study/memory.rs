@@ -3,6 +3,7 @@
 use sonel_renderer::{BATCHES_IN_FLIGHT, Columns, RAYS_IN_FLIGHT, RECEIVERS_IN_FLIGHT};
 use sonel_scene::Scene;
 
+use crate::feasible::cores;
 use crate::study::forecast::Effort;
 use crate::study::response::PART;
 
@@ -46,8 +47,7 @@ impl RenderLoad {
         let discs = if self.casts_rays {
             let of_one = f64::from(effort.rays) / f64::from(effort.batches);
             let rays = of_one.max(f64::from(RAYS_IN_FLIGHT).min(of_one * part));
-            let threads = std::thread::available_parallelism().map_or(1.0, |threads| threads.get() as f64);
-            DISC_BYTES * self.segments * rays * threads.min(batches)
+            DISC_BYTES * self.segments * rays * cores().min(batches)
         } else {
             0.0
         };

@@ -45,10 +45,8 @@ impl RoomDecay {
     /// # Errors
     /// When the room leaks, or a source or receiver is in no allowed place.
     pub fn of(scene: &Scene, geometry: &Geometry) -> Result<Option<Self>> {
-        let Some(sabine) = scene.largest_sabine_time(geometry) else { return Ok(None) };
+        let Some(longest) = longest(scene, geometry) else { return Ok(None) };
         let gradient = scene.sound_speed_gradient.abs();
-        let turning = if gradient > 0.0 { LARGEST_TURN / gradient } else { f64::INFINITY };
-        let longest = (MOST_SABINE_TIMES * sabine).min(LONGEST_DEFAULT_DURATION).min(turning);
         let scene = scene.clone().with_duration(longest);
         let settings = Settings { emissions: PACKETS, ..Settings::default() };
         let map = Room::within(&scene, geometry, &[]).trace(settings, &mut InMemory, &Silent)?.map;
@@ -98,6 +96,14 @@ impl RoomDecay {
     }
 }
 
+/// Duration of the short run [s]; none without a Sabine time.
+fn longest(scene: &Scene, geometry: &Geometry) -> Option<f64> {
+    let gradient = scene.sound_speed_gradient.abs();
+    let turning = if gradient > 0.0 { LARGEST_TURN / gradient } else { f64::INFINITY };
+    let sabine = scene.largest_sabine_time(geometry)?;
+    Some((MOST_SABINE_TIMES * sabine).min(LONGEST_DEFAULT_DURATION).min(turning))
+}
+
 /// `scene` with the coefficients of the variants that absorb least, and scatter least of those, in the place of its materials: it decays
 /// as slowly as with any.
 fn slowest(scene: &Scene) -> Scene {
@@ -127,7 +133,12 @@ pub fn lengthen(scene: &mut Scene, geometry: &Geometry) -> Result<Option<String>
         return Ok(None);
     }
     scene.has_default_duration = false;
-    let Some(decay) = RoomDecay::of(&slowest(scene), geometry)? else { return Ok(None) };
+    let slowest = slowest(scene);
+    // Between walls that hardly absorb the short run would take long and ask for no more.
+    if longest(&slowest, geometry).is_none_or(|longest| longest <= scene.duration) {
+        return Ok(None);
+    }
+    let Some(decay) = RoomDecay::of(&slowest, geometry)? else { return Ok(None) };
     let (needed, band) = decay.duration();
     let needed = libm::ceil(PER_SECOND * needed) / PER_SECOND;
     if needed <= scene.duration {

@@ -32,6 +32,7 @@ pub(super) fn decides(options: &TraceOptions<'_>) -> bool {
 pub(super) fn enough(
     planner: &Planner<'_>,
     header: &MapHeader,
+    options: &TraceOptions<'_>,
     store: &mut impl MapStore,
     watch: Watch<'_>,
 ) -> Result<Finished> {
@@ -39,6 +40,7 @@ pub(super) fn enough(
     let (pilot, known) = planner.pilot(false, None, watch)?;
     let need = pilot.typical_need(ACCURACY, batches);
     let emissions = pilot.balanced(need.effort.emissions, most);
+    planner.check_feasible(emissions as f64, [options.memory, options.at_most], watch)?;
     let settings = Settings { emissions, ..header.settings };
     let header = MapHeader { settings, ..header.clone() };
     let traced = trace(&header, planner.room.geometry(), Some(&known), store, watch.0)?;

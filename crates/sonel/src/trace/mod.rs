@@ -64,9 +64,6 @@ impl Scene {
     /// # Errors
     /// Options that are out of range or contradict the scene; a room that leaks; a full disk; [`Error::Stopped`].
     pub fn trace(&self, options: &TraceOptions<'_>, observer: &dyn Observer) -> Result<Traced> {
-        if options.at_most.is_some() && options.until.is_none() {
-            return Err(Error::Options(vec!["`at_most` limits `until`: give `until`, too".to_owned()]));
-        }
         self.prepare(options, observer)?.trace(None, &mut TemporaryMaps::default(), observer)
     }
 
@@ -106,6 +103,11 @@ pub struct PreparedTrace<'a> {
 }
 
 impl PreparedTrace<'_> {
+    /// Whether the run decides about its packets, which are then at most those of the settings.
+    fn grows(&self) -> bool {
+        self.options.until.is_some() || enough::decides(self.options)
+    }
+
     fn planner(&self) -> Planner<'_> {
         let room = Room::within(&self.header.scene, &self.geometry, &self.header.effects);
         Planner::new(room, self.header.settings)
@@ -148,7 +150,10 @@ impl PreparedTrace<'_> {
     ) -> Result<Traced> {
         let (planner, watch) = (self.planner(), Watch(observer));
         if self.options.packets.is_some() || self.options.until.is_none() {
-            planner.check_feasible(self.header.shard, self.options.memory, watch)?;
+            let MapHeader { settings, shard, .. } = &self.header;
+            let time = self.options.at_most.filter(|_| !self.grows());
+            let emissions = settings.emissions as f64 / f64::from(shard.count);
+            planner.check_feasible(emissions, [self.options.memory, time], watch)?;
         }
         let Finished { traced, told, is_reached } = self.run(&planner, plan, store, watch)?;
         let TracedMap { map, ledger, .. } = traced;
@@ -175,7 +180,7 @@ impl PreparedTrace<'_> {
         }
         let before = watch.seconds().1;
         let Finished { traced, mut told, .. } = if enough::decides(self.options) {
-            enough::enough(planner, &self.header, store, watch)?
+            enough::enough(planner, &self.header, self.options, store, watch)?
         } else {
             let traced = trace(&self.header, &self.geometry, beginning, store, watch.0)?;
             Finished { traced, told: json!({}), is_reached: None }

@@ -38,7 +38,7 @@ pub struct TraceOptions<'a> {
     pub effects: Option<Effects>,
     /// Adds packets until the intervals are as narrow as this.
     pub until: Option<Targets>,
-    /// Limit of `until` and of plans [s], by the observer's clock.
+    /// Limit of `until` and of plans [s], by the observer's clock; another run that is predicted to take longer on all cores is refused.
     pub at_most: Option<f64>,
     /// Own memory that the run may take [bytes]: one that is predicted to take more is refused. Not for `until`.
     pub memory: Option<f64>,

@@ -5,7 +5,7 @@ use crate::study::forecast::Pilot;
 use crate::study::pilot::{self, PilotConfig};
 use crate::study::pipeline::Room;
 use crate::study::plan;
-use sonel_map::{Settings, ShardRange, SonelMap};
+use sonel_map::{Settings, SonelMap};
 use sonel_renderer::ReceiverPoint;
 
 use crate::feasible::Demand;
@@ -47,19 +47,18 @@ impl<'a> Planner<'a> {
         pilot::run(&PilotConfig { room, settings, receivers, edges: is_priced, seconds }, watch.0)
     }
 
-    /// Checks that a run of the settings, or its part `shard`, takes no more than any run may, nor more `memory` [bytes] than it is allowed.
+    /// Checks that a run of so many `emissions` takes no more than any run may, nor more memory [bytes] or time [s] than is `allowed`.
     /// Announces a large one.
     ///
     /// # Errors
     /// What it takes and what is allowed.
     pub(super) fn check_feasible(
         &self,
-        shard: ShardRange,
-        memory: Option<f64>,
+        emissions: f64,
+        allowed: [Option<f64>; 2],
         watch: Watch<'_>,
     ) -> Result<()> {
-        let emissions = self.settings.emissions as f64 / f64::from(shard.count);
-        if emissions < SURELY_FEASIBLE && memory.is_none() {
+        if emissions < SURELY_FEASIBLE && allowed[0].is_none() {
             return Ok(());
         }
         let sources = self.room.scene().sources.len() as f64;
@@ -75,6 +74,6 @@ impl<'a> Planner<'a> {
                 self.settings.emissions
             )]));
         }
-        demand.admit(memory, "give fewer packets", watch)
+        demand.admit(allowed, "give fewer packets", watch)
     }
 }

@@ -144,7 +144,7 @@ fn options_are_refused_by_their_fields() {
     let late = TraceOptions { until: Some("t30<1%".parse().unwrap()), at_most: Some(1.0), ..options(200) };
     for (wrong, words) in [
         (late, "`at_most` needs an observer with a clock"),
-        (TraceOptions { at_most: Some(1.0), ..options(200) }, "`at_most` limits `until`"),
+        (TraceOptions { at_most: Some(1.0), ..options(200) }, "`at_most` needs an observer with a clock"),
         (
             TraceOptions { survival: Some(2.0), batches: Some(0), ..options(0) },
             "`batches` 0 is outside 1 … 4096",

@@ -7,8 +7,11 @@ use sonel_testkit::test_folder::TestFolder;
 
 use crate::{SCENE, analyze, trace};
 
-/// Command lines of all commands. That of `tradeoff` states how long it took.
-const LINES: [&str; 19] = [
+/// Command lines of all commands, and help. That of `tradeoff` states how long it took.
+const LINES: [&str; 22] = [
+    "--help",
+    "--version",
+    "parameters --help",
     "parameters a.npz",
     "parameters a.npz --target c80<=-99dB",
     "open-plan a.npz -o out/line.svg --noise NR-35",
@@ -66,11 +69,10 @@ fn no_command_ends_well_without_what_it_was_asked_for() {
     }
     let folder = folder();
     for (target, code) in [("c80<=-99dB", 1), ("c80<=99dB", 0), ("c80>=99dB", 1)] {
-        assert_eq!(
-            analyze(&folder, &["parameters", "a.npz", "--target", target]).code,
-            Some(code),
-            "{target}"
-        );
+        for command in [&["parameters", "a.npz"][..], &["report", "a.npz", "-o", "page.html"]] {
+            let line = [command, &["--target", target]].concat();
+            assert_eq!(analyze(&folder, &line).code, Some(code), "{line:?}");
+        }
     }
     let faults_of = |line: &&str| {
         let line = format!("{} {line}", env!("CARGO_BIN_EXE_sonel-analyze"));

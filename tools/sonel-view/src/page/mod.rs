@@ -194,6 +194,11 @@ impl Page {
         }
     }
 
+    /// Whether a design fails a requirement.
+    pub(crate) fn has_failed(&self) -> bool {
+        self.requirements.iter().any(Requirement::has_failed)
+    }
+
     /// The page of responses, with the maps that they were rendered from as far as they are at hand.
     pub(crate) fn of_responses(subjects: &[Subject], maps: &[Traced<'_>], head: &HeadArguments) -> Self {
         let first = &subjects[0];

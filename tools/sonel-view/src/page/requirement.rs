@@ -63,6 +63,11 @@ impl Requirement {
             designs: subjects.iter().map(|subject| judgement(target, subject)).collect(),
         }
     }
+
+    /// Whether a design fails it.
+    pub(super) fn has_failed(&self) -> bool {
+        self.designs.iter().any(|design| design.verdict == Verdict::Fail.to_string())
+    }
 }
 
 fn judgement(target: &Criterion, subject: &Subject) -> Judgement {
