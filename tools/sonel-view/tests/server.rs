@@ -246,7 +246,7 @@ fn a_scene_is_traced_again_when_an_editor_writes_it() {
     assert!(broken["failure"].as_str().is_some_and(|text| text.contains("scene.toml")), "{broken}");
     assert_eq!((&broken["maps"], &broken["pages"]), (&json!(2), &json!(0)));
     std::thread::sleep(Duration::from_millis(50));
-    folder.write("scene.toml", &SCENE.replace("absorption = 0.3", "absorption = 0.5"));
+    folder.write("scene.toml", SCENE.replace("absorption = 0.3", "absorption = 0.5"));
     served.wait_for_map(4);
     let (_, state) = served.ask("state", &json!({}));
     assert_eq!(state["map"]["materials"]["walls"]["absorption"][0], 0.5, "{state}");

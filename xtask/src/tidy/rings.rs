@@ -13,7 +13,7 @@ type Ring = (&'static str, usize, &'static [&'static str]);
 const RINGS: [Ring; 6] = [
     (
         "engine",
-        28_500,
+        28_600,
         &[
             "crates/sonel-acoustics/",
             "crates/sonel-sampling/",
@@ -30,7 +30,7 @@ const RINGS: [Ring; 6] = [
     ("results", 7_500, &["crates/sonel-analysis/", "crates/sonel-design/", "crates/sonel-drawing/"]),
     ("sound", 2_100, &["crates/sonel-sound/"]),
     ("face", 7_000, &["crates/sonel/"]),
-    ("programs", 7_000, &["tools/"]),
+    ("programs", 7_100, &["tools/"]),
     ("binding", 1_100, &["python/"]),
 ];
 
