@@ -8,14 +8,18 @@ use serde_json::Value;
 use sonel::Parameter;
 use sonel_testkit::test_folder::TestFolder;
 
-use crate::{SCENE, printed, render, trace};
+use crate::{Outcome, SCENE, printed, render, trace};
 
 fn analyze(folder: &TestFolder, words: &[&str]) -> anyhow::Result<String> {
+    printed(|out| outcome(folder, words, out))
+}
+
+fn outcome(folder: &TestFolder, words: &[&str], out: &mut Vec<u8>) -> anyhow::Result<Outcome> {
     let paths = words.iter().map(|word| {
         if word.contains('.') { folder.path(word).display().to_string() } else { (*word).to_owned() }
     });
     let line: Vec<String> = std::iter::once("sonel-analyze".to_owned()).chain(paths).collect();
-    printed(|out| sonel_analyze::run(&sonel_analyze::Arguments::try_parse_from(line)?, out, &mut Vec::new()))
+    sonel_analyze::run(&sonel_analyze::Arguments::try_parse_from(line)?, out, &mut Vec::new())
 }
 
 /// A folder with a map and a response of a scene with names that look like HTML.
@@ -128,7 +132,8 @@ fn responses_stand_side_by_side_and_a_foreign_map_is_remarked() {
     let client =
         ["--project", "Room <12>", "--date", "today", "--target", "c50>=-99dB", "--target", "t30<=1ms"];
     let files = ["report", "a.npz", "b.npz", "a.sonelmap", "-o", "both.html"];
-    analyze(&folder, &[&files[..], &client].concat()).unwrap();
+    // A target is failed.
+    assert_eq!(outcome(&folder, &[&files[..], &client].concat(), &mut Vec::new()).unwrap(), Outcome::Missed);
     let page = folder.text("both.html");
     assert!(page.contains("<h1>Room &lt;12&gt;</h1>"));
     let content = content(&page);
