@@ -1633,7 +1633,7 @@ def _channels(
         head = None if hrtf is None else _sonel.read(hrtf)
     except OSError as problem:
         kind = _Missing if isinstance(problem, FileNotFoundError) else Error
-        raise kind(f"cannot read {_input.shown(os.fspath(hrtf or ''))}: {problem.strerror or problem}") from None
+        raise kind(f"cannot read {_input.cut(os.fspath(hrtf or ''))}: {problem.strerror or problem}") from None
     return order, head, None if array is None else [_receiver(**point) for point in _points(array, "microphone")]
 
 

@@ -23,8 +23,12 @@ USUAL_TIME = 600.0
 
 
 def shown(value: Any) -> str:
-    """A value as messages have it: without the middle of a long one."""
-    text = repr(value)
+    """A value as messages have it."""
+    return cut(repr(value))
+
+
+def cut(text: str) -> str:
+    """Without the middle of a long text."""
     return text if len(text) <= 240 else f"{text[:160]} … {text[-60:]}"
 
 
