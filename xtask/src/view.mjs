@@ -114,7 +114,7 @@ try {
   await page.click("#keep");
   await latency("material", () => page.evaluate(() => {
     const material = shown.room.materials[0];
-    changeMaterial(material, material.absorption.map((value) => Math.min(1, value + 0.02)));
+    changeMaterial(material, material.absorption.map((value) => Math.min(1, value + 0.3)));
   }));
   const changed = await values("t30_s");
   check(changed.every((value, band) => value !== plain[band]), "other materials have other times");
@@ -308,6 +308,9 @@ try {
   await page.waitForTimeout(300);
   check(await page.evaluate(() => document.documentElement.scrollWidth <= 400), "nothing is wider than a narrow screen");
   await page.screenshot({ path: `${folder}/narrow.png`, fullPage: true });
+  await page.emulateMedia({ media: "print" });
+  check(await page.locator("#parameters").isVisible() && await page.locator("#room").isVisible(), "paper has the numbers and the room");
+  await page.emulateMedia({ media: null });
   await page.pdf({ path: `${folder}/page.pdf`, preferCSSPageSize: true, printBackground: true });
   await page.goto(`file://${report}`);
   await page.waitForTimeout(1000);
