@@ -82,14 +82,15 @@ try {
   const isRendering = (request) => request.url().endsWith("/api/render");
   page.on("request", (request) => { if (isRendering(request)) most = Math.max(most, ++open); });
   for (const ended of ["requestfinished", "requestfailed"]) page.on(ended, (request) => { if (isRendering(request)) open--; });
-  await page.evaluate(async (at) => {
+  const isStale = await page.evaluate(async (at) => {
     for (let step = 0; step < 40; step++) {
-      moveListener([at[0] + 1e-3 * (step % 8), at[1], at[2]]);
+      moveListener([at[0] + 1e-3 * (step % 8 + 1), at[1], at[2]]);
       await new Promise((later) => setTimeout(later, 20));
     }
     moveListener(at);
+    return byId("side").classList.contains("stale");
   }, before);
-  check(await page.evaluate(() => byId("side").classList.contains("stale")), "numbers of another place are grey");
+  check(isStale, "numbers of another place are grey");
   await page.waitForFunction(() => !byId("side").classList.contains("stale"), null, PATIENCE);
   await settled();
   check(most <= 2, `${most} requests were open at once`);
