@@ -209,7 +209,7 @@ pub fn parameters_of(response: &Response, talk: Option<&Talk>) -> Vec<ReceiverPa
     read_all(response, talk, &Parameter::ALL)
 }
 
-/// The `wanted` parameters of all bands of `response` and nothing else: a fifth of the time of [`parameters`], most of which is speech transmission.
+/// The `wanted` parameters of all bands of `response` and nothing else: neither speech transmission nor echoes nor windows.
 #[must_use]
 pub fn some_parameters(response: &Response, wanted: &[Parameter]) -> Vec<ReceiverParameters> {
     read_all(response, None, wanted)
