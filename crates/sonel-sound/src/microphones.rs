@@ -35,6 +35,11 @@ pub struct Microphone {
 }
 
 impl Microphone {
+    /// One without pattern at a displacement [m].
+    pub(crate) fn omni(position: DVec3) -> Self {
+        Self { name: String::new(), position, pattern: Pattern::Omni, aim: DVec3::X }
+    }
+
     /// Pressure for sound from a direction, a unit vector, relative to the axis.
     pub(crate) fn gain(&self, towards: DVec3) -> f64 {
         if self.pattern == Pattern::Omni {

@@ -13,6 +13,7 @@
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
+use std::sync::LazyLock;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -183,18 +184,63 @@ impl Walk<'_> {
     fn early(&self, spots: &[Spot<'_>]) -> Result<Vec<Vec<f64>>, SoundError> {
         let channels = spots.iter().map(Spot::channels).sum();
         let mut sums = vec![vec![0.0; self.section.len()]; channels];
-        let bands = self.bands();
-        let blocks: Vec<usize> = (0..self.section.len()).step_by(BLOCK).collect();
-        let of_blocks: Vec<_> = blocks
-            .par_iter()
-            .map(|begin| self.block(self.section.start + begin, spots, &bands))
-            .collect::<Result<_, _>>()?;
-        for (begin, block) in blocks.into_iter().zip(of_blocks) {
-            for (sum, channel) in sums.iter_mut().zip(block) {
-                sum[begin..].iter_mut().zip(channel).for_each(|(sum, sample)| *sum += sample);
+        let bands = LazyLock::new(|| self.bands());
+        let blocks: Vec<usize> = self.section.clone().step_by(BLOCK).collect();
+        let stands = |begin: &usize| self.at(*begin).1 == self.at(begin + BLOCK).1;
+        for stretch in blocks.chunk_by(|before, after| stands(before) && stands(after)) {
+            let begin = stretch[0];
+            let parts = if stretch.len() * BLOCK > self.synthesizer.samples {
+                let end = self.section.end.min(begin + stretch.len() * BLOCK);
+                vec![(begin, self.standing(begin..end, spots)?)]
+            } else {
+                let block = |begin: &usize| Ok((*begin, self.block(*begin, spots, &bands)?));
+                stretch.par_iter().map(block).collect::<Result<_, SoundError>>()?
+            };
+            for (begin, channels) in parts {
+                add(&mut sums, begin - self.section.start, channels);
             }
         }
         Ok(sums)
+    }
+
+    /// Listed arrivals in all channels of all spots while the listener stands: the signal convolved with their response there.
+    fn standing(&self, samples: Range<usize>, spots: &[Spot<'_>]) -> Result<Vec<Vec<f64>>, SoundError> {
+        let (position, at) = self.at(samples.start);
+        let (padding, rate) = (self.synthesizer.padding, self.rate());
+        let mut all = Vec::new();
+        for spot in spots {
+            let mut responses = vec![vec![0.0; self.synthesizer.samples + 2 * padding]; spot.channels()];
+            for index in at.floor() as usize..=at.ceil() as usize {
+                let place = DVec3::from(self.response.receiver_positions[index]);
+                let weight = 1.0 - (at - index as f64).abs();
+                let pulses = microphones::displaced(
+                    &self.places[index],
+                    &Microphone::omni(position + spot.offset() - place),
+                    self.response.speed_of_sound,
+                )
+                .map_err(|_| SoundError::ThroughSource { time_s: samples.start as f64 / rate })?;
+                let gains: Vec<Vec<f64>> = pulses.direction.iter().map(|u| spot.gains(*u)).collect();
+                for (channel, response) in responses.iter_mut().enumerate() {
+                    let spectrum =
+                        self.synthesizer.spectrum(&pulses, |pulse| Filter::gain(&gains[pulse][channel]))?;
+                    let part = self.synthesizer.transform.signal(spectrum);
+                    response.iter_mut().zip(part).for_each(|(sum, sample)| *sum += weight * sample);
+                }
+            }
+            let narrow = |response: Vec<f64>| response.into_iter().map(|sample| sample as f32).collect();
+            let heard = |response| self.convolved(&samples, padding, narrow(response));
+            all.extend(responses.into_iter().map(heard));
+        }
+        Ok(all)
+    }
+
+    /// Samples of the signal convolved with a response that begins `lead` samples before the emission.
+    fn convolved(&self, samples: &Range<usize>, lead: usize, response: Vec<f32>) -> Vec<f64> {
+        let (begin, end) = (samples.start + lead, samples.end + lead);
+        let first = begin.saturating_sub(response.len().saturating_sub(1));
+        let place = |sample: usize| sample.saturating_sub(self.first).min(self.signal.len());
+        let heard = convolve(&self.signal[place(first)..place(end)], &response);
+        heard.into_iter().skip(begin - first).map(f64::from).collect()
     }
 
     /// The samples of a block in all channels.
@@ -203,7 +249,7 @@ impl Walk<'_> {
         begin: usize,
         spots: &[Spot<'_>],
         bands: &[Vec<f32>],
-    ) -> Result<Vec<[f64; BLOCK]>, SoundError> {
+    ) -> Result<Vec<Vec<f64>>, SoundError> {
         self.synthesizer.go_on()?;
         // One more, where the next block begins.
         let places: Vec<(DVec3, f64)> = (begin..=begin + BLOCK).map(|sample| self.at(sample)).collect();
@@ -213,7 +259,7 @@ impl Walk<'_> {
         let mut way = [(0.0, 0.0); BLOCK + 1];
         let mut mixed = Vec::new();
         for spot in spots {
-            let mut channels = vec![[0.0; BLOCK]; spot.channels()];
+            let mut channels = vec![vec![0.0; BLOCK]; spot.channels()];
             for index in first..=last {
                 let (place, pulses) =
                     (DVec3::from(self.response.receiver_positions[index]), &self.places[index]);
@@ -287,20 +333,14 @@ impl Walk<'_> {
                 let weights: Vec<f64> = (begin..end).map(weight).collect();
                 let responses = self.late_responses(spot, along, equalizer.as_deref())?;
                 let of_channel = |response: Vec<f32>| {
-                    let first = begin.saturating_sub(response.len().saturating_sub(1));
-                    let place = |sample: usize| sample.saturating_sub(self.first).min(self.signal.len());
-                    let heard = convolve(&self.signal[place(first)..place(end)], &response);
-                    let heard =
-                        heard[(begin - first).min(heard.len())..].iter().map(|sample| f64::from(*sample));
+                    let heard = self.convolved(&(begin..end), 0, response);
                     weights.iter().zip(heard).map(|(weight, sample)| weight * sample).collect()
                 };
                 Ok((begin - self.section.start, responses.into_iter().map(of_channel).collect()))
             })
             .collect::<Result<_, SoundError>>()?;
         for (begin, channels) in parts {
-            for (sum, channel) in sums.iter_mut().zip(channels) {
-                sum[begin..].iter_mut().zip(channel).for_each(|(sum, sample)| *sum += sample);
-            }
+            add(sums, begin, channels);
         }
         Ok(())
     }
@@ -370,6 +410,13 @@ impl Walk<'_> {
             1.0 / energy.sqrt()
         };
         (0..count).map(gain).collect()
+    }
+}
+
+/// Adds channels to `sums` from a sample on, as far as these go.
+fn add(sums: &mut [Vec<f64>], begin: usize, channels: Vec<Vec<f64>>) {
+    for (sum, channel) in sums.iter_mut().zip(channels) {
+        sum[begin..].iter_mut().zip(channel).for_each(|(sum, sample)| *sum += sample);
     }
 }
 

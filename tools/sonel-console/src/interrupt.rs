@@ -138,10 +138,12 @@ fn end(message: std::fmt::Arguments<'_>, code: i32) -> ! {
         let _ = std::fs::remove_file(file);
     }
     let mut log = std::io::stderr();
-    // Below the progress bar.
-    let line = if log.is_terminal() { "\n" } else { "" };
+    // Below the progress bar, or what other threads, which failed too, are just writing; in one piece because of them, and there may be no memory.
+    let line = if code == 2 || log.is_terminal() { "\n" } else { "" };
     let begin = if code == 0 { "" } else { "error: " };
-    let _ = writeln!(log, "{line}{begin}{message}");
+    let mut text = std::io::Cursor::new([0; 512]);
+    let _ = writeln!(text, "{line}{begin}{message}");
+    let _ = log.write_all(&text.get_ref()[..text.position() as usize]);
     std::process::exit(code)
 }
 

@@ -185,7 +185,7 @@ pub struct Arguments {
     pub until: Option<Targets>,
     /// Time limit, such as 5min or 2h.
     ///
-    /// A run that is predicted to take longer on all cores is refused before it starts; --until ends with what it has.
+    /// A run that is predicted to take longer on all cores is refused before it starts, a walk as soon as its pace is known; --until ends with what it has.
     #[arg(long, value_name = "TIME", value_parser = parse_time, default_value = "10min")]
     pub at_most: f64,
     /// Memory limit [bytes], such as 8G [default: three quarters of the machine's].

@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         complete.extend(sounds.complete(&rendered.response, None)?);
     }
     if let Some(walk) = &walk {
-        complete.extend(walk.complete(&rendered.response, arguments.seed)?);
+        complete.extend(walk.complete(&rendered.response, (arguments.seed, arguments.at_most), &follower)?);
     }
     output::publish(complete)?;
     let files = walk.as_ref().map(|walk| counted(walk.count(), "walk"));

@@ -2,14 +2,16 @@
 
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use anyhow::{Context, bail};
 use glam::DVec3;
 use sonel::scenes::CompiledScene;
 use sonel::sound::{Recording, resample, write_part};
-use sonel::{ReceiverPoint, Response, Route, Silent, SoundOptions, Waypoint};
-use sonel_console::input;
+use sonel::{Observer, ReceiverPoint, Response, Route, SoundOptions, Waypoint};
 use sonel_console::output::{Complete, Kind, Output, make_folder};
+use sonel_console::follower::Follower;
+use sonel_console::input;
 
 use crate::arguments::Arguments;
 use crate::receivers::read_csv;
@@ -72,24 +74,45 @@ impl<'a> Walk<'a> {
         self.folder.join(format!("{source}_walk{end}.wav"))
     }
 
-    /// Completes the files of all sources.
-    pub(crate) fn complete(&self, response: &Response, seed: Option<u64>) -> anyhow::Result<Vec<Complete>> {
+    /// Completes the files of all sources. A walk that at its pace takes longer than `at_most` [s] is given up.
+    pub(crate) fn complete(
+        &self,
+        response: &Response,
+        (seed, at_most): (Option<u64>, f64),
+        follower: &Follower<'_>,
+    ) -> anyhow::Result<Vec<Complete>> {
         let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz };
+        let all = self.heard.channels();
+        let (begun, count) = (Instant::now(), all.len() * self.sources.len());
         let mut complete = Vec::new();
-        for (end, channels) in self.heard.channels() {
+        for (end, channels) in &all {
             for (s, source) in self.sources.iter().enumerate() {
                 let route = (s, &self.path, self.spacing);
-                let output = Output::create(&self.file(source, &end), Kind::SOUND, &[])?;
+                let output = Output::create(&self.file(source, end), Kind::SOUND, &[])?;
+                let (file, mut written) = (complete.len(), 0);
                 complete.push(output.complete(|out| {
-                    let mut written = 0;
-                    response.walk(route, channels, &self.signal, options, &Silent, |frames, section| {
-                        Ok(write_part(out, &mut written, frames, self.sample_rate_hz, &section)?)
-                    })
+                    let take = |frames: usize, section: Vec<Vec<f32>>| {
+                        write_part(out, &mut written, frames, self.sample_rate_hz, &section)?;
+                        let share = (file as f64 + written as f64 / frames as f64) / count as f64;
+                        let _ = follower.progress("walking", share);
+                        in_time(begun.elapsed().as_secs_f64() / share, at_most)
+                    };
+                    follower.result(response.walk(route, *channels, &self.signal, options, follower, take))
                 })?);
             }
         }
         Ok(complete)
     }
+}
+
+/// Refuses a walk that takes longer than `at_most` [s].
+fn in_time(seconds: f64, at_most: f64) -> sonel::Result<()> {
+    if seconds <= at_most {
+        return Ok(());
+    }
+    Err(sonel::Error::Options(vec![format!(
+        "the walk takes about {seconds:.0} s, but `at_most` is {at_most} s: allow more, or give a shorter recording"
+    )]))
 }
 
 /// The recording of one channel in `path` at `rate` [Hz], and its own rate.

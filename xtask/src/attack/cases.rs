@@ -100,7 +100,7 @@ pub(super) const MESH_SCENE: &str = "mesh = \"room.obj\"\nduration_s = 0.2\n[mat
                                      [[sources]]\nposition = [1.0, 1.0, 1.0]\n";
 /// Another material, and a talker.
 pub(super) const MATERIALS: &str = "[materials.walls]\nabsorption = 0.4\nscattering = 0.5\n";
-pub(super) const BALLOON: &str = "azimuth,polar,500,1000\n0,0,0,0\n0,90,-3,-6\n0,180,-6,-12\n";
+pub(super) const BALLOON: &str = "azimuth_deg,polar_deg,500,1000\n0,0,0,0\n0,90,-3,-6\n0,180,-6,-12\n";
 /// A walk of a tenth of a second.
 pub(super) const PATH: &str = "time,x,y,z\n0,3,2,1.5\n0.1,3.1,2,1.5\n";
 /// Places.
