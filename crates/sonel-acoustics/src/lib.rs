@@ -9,7 +9,6 @@ pub mod absorption_law;
 mod air;
 mod balloon;
 mod bands;
-pub mod din18041;
 mod directivity;
 pub mod just_noticeable;
 mod lanes;

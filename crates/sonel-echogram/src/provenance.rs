@@ -56,6 +56,9 @@ pub struct Provenance {
     /// Volume of the air of a closed room [m³].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub volume_m3: Option<f64>,
+    /// Height of the model [m].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height_m: Option<f64>,
     /// Variant of the materials.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub variant: Option<String>,

@@ -26,6 +26,7 @@ mod problem;
 mod propagation;
 mod refraction;
 mod report;
+pub mod requirement;
 mod room;
 mod scene;
 mod seclusion;

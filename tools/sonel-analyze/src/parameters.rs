@@ -78,7 +78,7 @@ fn read(
     let name = provenance.variant.clone().unwrap_or_else(|| stem(path));
     let volume = provenance.volume_m3;
     let title = title(provenance);
-    let shares = seats::shares(&arguments.targets, &subject.parameters, volume);
+    let shares = seats::shares(&arguments.targets, &subject.parameters, provenance);
     let modal = volume.and_then(|volume| ModalBands::of(&subject.parameters, volume));
     subject.name = name;
     Ok(Read { subject, title, shares, modal })

@@ -78,7 +78,7 @@ function verdicts(page) {
     const name = requirement.name.includes("=") ? requirement.name : `${requirement.name} (${requirement.symbol})`;
     return [index ? "" : name, design.name, shown, verdictText(requirement, index)];
   }));
-  const states = [...new Set(page.requirements.filter(({ state }) => state).map(({ name, state }) => `${name}: ${state}.`))];
+  const states = [...new Set(page.requirements.filter(({ state }) => state).map(({ name, source, state }) => `${name}: ${source}; ${state}.`))];
   const materials = page.designs.some(({ uncertainties }) => uncertainties);
   return [table(["requirement", "design", "verdict", "margin of the mean over the receivers"], rows, "long"),
     make("p", `± half of the 95 % interval of the simulation${materials ? " and of the materials together" : "; the uncertainty of the materials is not part of it"}. Pass: the whole interval lies within the range. Fail: it lies outside. Undecided: it reaches over an end. ${states.join(" ")}`, "note")];

@@ -28,8 +28,8 @@ pub struct HeadArguments {
     pub revision: Option<String>,
     /// Requirement; repeatable.
     ///
-    /// What the mean over the receivers shall meet: t30=0.6s±20%@250-2000, c50>=2dB@500,1000, sti>=0.6, or a curve: din18041-a1
-    /// … din18041-a5, bb93-primary, bb93-secondary, ansi-s12.60.
+    /// What the mean over the receivers shall meet: t30=0.6s±20%@250-2000, c50>=2dB@500,1000, sti>=0.6, a standard such as
+    /// din18041-a3, or one of your own in a file, FILE.toml:NAME.
     #[arg(long = "target", value_name = "CRITERION", value_parser = str::parse::<Criterion>)]
     pub targets: Vec<Criterion>,
     /// Uncertainty of materials.

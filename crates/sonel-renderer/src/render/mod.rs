@@ -247,6 +247,13 @@ impl<'a> Renderer<'a> {
         self.geometry.volume()
     }
 
+    /// Height of the model along a unit vector `up` [m].
+    #[must_use]
+    pub fn height(&self, up: DVec3) -> f64 {
+        let (low, high) = self.geometry.bounds();
+        (high - low).dot(up.abs())
+    }
+
     /// [`Rendering::missing`] in the room, or in the box about an open scene.
     #[must_use]
     pub fn missing(&self, rendering: &Rendering) -> (Vec<f64>, Vec<f64>) {

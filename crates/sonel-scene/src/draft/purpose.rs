@@ -1,12 +1,13 @@
 //! Purposes of rooms and their target reverberation times.
 //!
-//! The target depends on the volume and holds for the occupied room, for sport for the empty hall, in the octaves 250 … 2000 Hz, within ± 20 %.
-//!
-//! References: [DIN18041] (docs/references.md).
+//! The target is that of a standard in the octaves 250 … 2000 Hz ([`crate::requirement`]).
 
 use std::str::FromStr;
 
-use sonel_acoustics::din18041::{GROUP_A, Use};
+use crate::requirement::{Size, State, shipped};
+
+/// A band in which all targets hold [Hz].
+const MIDDLE_HZ: f64 = 500.0;
 
 /// What a room is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,15 +22,14 @@ pub enum Purpose {
     Music,
     /// Sport, swimming.
     Sport,
+    /// Offices of several people.
+    Office,
 }
-
-/// Relative tolerance of the target.
-const TOLERANCE: f64 = 0.2;
 
 impl Purpose {
     /// All purposes.
-    pub const ALL: [Self; 5] =
-        [Self::Classroom, Self::InclusiveClassroom, Self::Lecture, Self::Music, Self::Sport];
+    pub const ALL: [Self; 6] =
+        [Self::Classroom, Self::InclusiveClassroom, Self::Lecture, Self::Music, Self::Sport, Self::Office];
 
     /// Its name in options.
     #[must_use]
@@ -40,6 +40,7 @@ impl Purpose {
             Self::Lecture => "lecture",
             Self::Music => "music",
             Self::Sport => "sport",
+            Self::Office => "office",
         }
     }
 
@@ -51,6 +52,7 @@ impl Purpose {
             Self::Lecture => ["Lecture room", "talker"],
             Self::Music => ["Music room", "musician"],
             Self::Sport => ["Sports hall", "coach"],
+            Self::Office => ["Office", "talker"],
         }
     }
 
@@ -62,32 +64,36 @@ impl Purpose {
             }
             Self::Music => ["floor-parquet", "plasterboard-ceiling"],
             Self::Sport => ["floor-wood", "plaster-painted"],
+            Self::Office => ["carpet-thin", "plasterboard-ceiling"],
         }
     }
 
-    /// DIN 18041:2016, 4.2.3.
-    fn din(self) -> &'static Use {
-        &GROUP_A[match self {
-            Self::Music => 0,
-            Self::Lecture => 1,
-            Self::Classroom => 2,
-            Self::InclusiveClassroom => 3,
-            Self::Sport => 4,
-        }]
+    /// Name of its requirement.
+    fn requirement(self) -> &'static str {
+        match self {
+            Self::Music => "din18041-a1",
+            Self::Lecture => "din18041-a2",
+            Self::Classroom => "din18041-a3",
+            Self::InclusiveClassroom => "din18041-a4",
+            Self::Sport => "din18041-a5",
+            Self::Office => "asr-a3.7-open-plan",
+        }
     }
 
     /// The target for a room of a volume [m³] in a sentence; outside the volumes that the standard has, why there is none.
     #[must_use]
     pub fn target(self, volume: f64) -> String {
-        let Use { class, volumes: [least, most], .. } = self.din();
-        let source = format!("DIN 18041:2016, {class}");
-        let Some(time) = self.din().time(volume) else {
-            let to = if most.is_finite() { format!("… {most} m³") } else { "m³ and more".to_owned() };
-            return format!("none: {source} holds for {least} {to}, this room has {volume:.0} m³");
+        let requirement = &shipped()[self.requirement()];
+        let (source, size) = (&requirement.source, Size { volume: Some(volume), height: None });
+        let time = match requirement.value(size) {
+            Ok(time) => time,
+            Err(reason) => return format!("none: {source}: {reason}"),
         };
-        let [low, high] = [1.0 - TOLERANCE, 1.0 + TOLERANCE].map(|part| part * time);
-        let state = if self.din().is_occupied() { "occupied" } else { "empty" };
-        format!("T {time:.2} s, within {low:.2} … {high:.2} s from 250 to 2000 Hz, {state} ({source})")
+        let [low, high] = requirement.range(MIDDLE_HZ, size).unwrap_or([time; 2]);
+        let range =
+            if low > 0.0 { format!("{time:.2} s, within {low:.2} …") } else { "at most".to_owned() };
+        let state = if requirement.state == State::Occupied { "occupied" } else { "empty" };
+        format!("T {range} {high:.2} s from 250 to 2000 Hz, {state} ({source})")
     }
 }
 
@@ -109,6 +115,15 @@ mod tests {
         let text = Purpose::Classroom.target(200.0);
         assert!(text.starts_with("T 0.57 s, within 0.45 … 0.68 s"), "{text}");
         assert!(Purpose::Sport.target(3000.0).starts_with("T 1.61 s"));
-        assert!(Purpose::Lecture.target(20.0).starts_with("none: DIN 18041:2016, A2 holds for 50 … 5000 m³"));
+        assert!(
+            Purpose::Lecture
+                .target(20.0)
+                .starts_with("none: DIN 18041:2016-03, A2: volume 20 m³ outside 50 … 5000 m³")
+        );
+        assert!(
+            Purpose::Office
+                .target(200.0)
+                .starts_with("T at most 0.60 s from 250 to 2000 Hz, empty (ASR A3.7")
+        );
     }
 }

@@ -3,19 +3,19 @@
 //! A criterion gives a parameter a range in some bands, or a quantity of several bands (sti, la) one range. The mean over the receivers meets it if its
 //! 95 % interval lies within the range, fails if the interval lies outside, and is undecided otherwise.
 //!
-//! - `din18041-a1` … `a5`: reverberation time of [DIN18041] group A by volume ([`sonel_acoustics::din18041`]), with its range, occupied, a5 empty.
-//! - `bb93-primary`, `bb93-secondary`: at most 0.6 and 0.8 s as the arithmetic mean of the octaves 500, 1000 and 2000 Hz, or of the third octaves
-//!   400 … 2500 Hz \[BB93\].
-//! - `ansi-s12.60`: at most 0.6 s up to 283 m³, 0.7 s up to 566 m³, in each of the octaves 500, 1000 and 2000 Hz [ANSIS12.60].
+//! Requirements of standards have names ([`sonel_scene::requirement`]); a file in the same form has others: `room.toml`, `rooms.toml:quiet`.
 //!
 //! References: docs/references.md.
 
+use std::path::Path;
 use std::str::FromStr;
+use std::sync::Arc;
 
-use sonel_acoustics::din18041::{GROUP_A, Use};
 use sonel_analysis::average::average;
 use sonel_analysis::single::Single;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters, Unsupported, octave};
+use sonel_echogram::Provenance;
+use sonel_scene::requirement::{self, Requirement, Size, State};
 
 use crate::ParseError;
 
@@ -33,12 +33,8 @@ pub struct Criterion {
 enum Range {
     /// Lowest and highest value, in bands from and to [Hz], or in these bands.
     Stated([f64; 2], Bands),
-    /// Curve of DIN 18041.
-    Din(&'static Use),
-    /// Curve of ANSI S12.60.
-    Ansi,
-    /// Highest mean over the middle frequencies of BB93.
-    MiddleMean(f64),
+    /// Requirement of a standard.
+    Standard(Arc<Requirement>),
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -59,56 +55,81 @@ pub enum Verdict {
     Undecided,
 }
 
-/// Words for uses of DIN 18041 begin with it and end in their class.
-const DIN: &str = "din18041-";
-/// Words for limits of BB93 [s].
-const BB93: [(&str, f64); 2] = [("bb93-primary", 0.6), ("bb93-secondary", 0.8)];
-/// The word for ANSI S12.60, with its volumes [m³] and limits [s].
-const ANSI: &str = "ansi-s12.60";
-const ANSI_LIMITS: [(f64, f64); 2] = [(283.0, 0.6), (566.0, 0.7)];
-/// Octaves of BB93 and ANSI S12.60 [Hz].
-const SPEECH_OCTAVES: [f64; 3] = [500.0, 1000.0, 2000.0];
-/// Third octaves of BB93 [Hz].
-const MIDDLE_THIRDS: [f64; 9] = [400.0, 500.0, 630.0, 800.0, 1000.0, 1250.0, 1600.0, 2000.0, 2500.0];
-
 impl FromStr for Criterion {
     type Err = ParseError;
 
     fn from_str(text: &str) -> Result<Self, ParseError> {
         let name = text.trim().to_owned();
-        let word = name.to_lowercase();
-        let of = |quantity, range| Ok(Self { name: name.clone(), quantity, range });
-        let time = Single::Of(Parameter::T20);
-        let class = word.strip_prefix(DIN).unwrap_or_default();
-        if let Some(curve) = GROUP_A.iter().find(|known| known.class.eq_ignore_ascii_case(class)) {
-            return of(time, Range::Din(curve));
-        }
-        if let Some((_, limit)) = BB93.iter().find(|(known, _)| *known == word) {
-            return of(time, Range::MiddleMean(*limit));
-        }
-        if word == ANSI {
-            return of(time, Range::Ansi);
+        if let Some(requirement) = standard(&name)? {
+            let quantity = Single::named(&requirement.parameter)
+                .ok_or_else(|| ParseError(format!("{name}: no parameter \"{}\"", requirement.parameter)))?;
+            return Ok(Self { name, quantity, range: Range::Standard(requirement) });
         }
         let (quantity, range) = stated(&name).ok_or_else(|| {
-            let din = GROUP_A.iter().map(|it| format!("{DIN}{}", it.class.to_lowercase()));
-            let words: Vec<String> =
-                din.chain(BB93.iter().map(|it| it.0.to_owned())).chain([ANSI.to_owned()]).collect();
+            let words: Vec<&str> = requirement::shipped().keys().map(String::as_str).collect();
             let singles = Parameter::EVERY.map(Single::Of).into_iter().chain(Single::OF_SEVERAL);
             let names: Vec<&str> = singles.map(Single::short_name).collect();
             ParseError(format!(
-                "\"{text}\" is not a criterion: write t30=0.6s±20%@250-2000, c50>=2dB, t20<=0.8s@500,1000, sti>=0.6 or la<=35dB (+- for ±; of {}; units s, ms, dB, %, all but dB 0 or more; sti and la have no bands), or one of {}",
+                "\"{text}\" is not a criterion: write t30=0.6s±20%@250-2000, c50>=2dB, t20<=0.8s@500,1000, sti>=0.6 or la<=35dB (+- for ±; of {}; units s, ms, dB, %, all but dB 0 or more; sti and la have no bands), or one of {}, or a file of requirements FILE.toml:NAME",
                 names.join(", "),
                 words.join(", ")
             ))
         })?;
-        of(quantity, range)
+        Ok(Self { name, quantity, range })
     }
 }
 
+/// The requirement of this name, of the shipped ones or in a file.
+fn standard(name: &str) -> Result<Option<Arc<Requirement>>, ParseError> {
+    let Some((stem, of)) = name.split_once(".toml") else {
+        return Ok(requirement::shipped().get(&name.to_lowercase()).cloned().map(Arc::new));
+    };
+    let file = format!("{stem}.toml");
+    let text = crate::file::read_to_string(Path::new(&file)).map_err(|error| error.to_string());
+    let found =
+        text.and_then(|text| requirement::read(&text)).map_err(|it| ParseError(format!("{file}: {it}")))?;
+    let names = || found.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+    let one = if of.is_empty() && found.len() == 1 {
+        found.values().next()
+    } else {
+        found.get(of.trim_start_matches(':'))
+    };
+    one.cloned()
+        .map(Arc::new)
+        .map(Some)
+        .ok_or_else(|| ParseError(format!("{file}: write {file}:NAME, NAME being one of {}", names())))
+}
+
+/// What a requirement needs to know of the room of a response.
+fn size(of: &Provenance) -> Size {
+    Size { volume: of.volume_m3, height: of.height_m }
+}
+
 impl Criterion {
-    /// Lowest and highest value in the octave or third `hz` of a room of `volume` [m³], in the unit of the parameter; none where it says nothing.
+    /// The state of the room for which a standard holds, in a sentence; empty without one.
     #[must_use]
-    pub fn range(&self, hz: f64, volume: Option<f64>) -> Option<[f64; 2]> {
+    pub fn state(&self) -> &'static str {
+        match &self.range {
+            Range::Stated(..) => "",
+            Range::Standard(standard) if standard.state == State::Occupied => {
+                "occupied room: people must be in the materials"
+            }
+            Range::Standard(_) => "finished, unoccupied room: no people in the materials",
+        }
+    }
+
+    /// What the standard is for and where its numbers stand; empty without one.
+    #[must_use]
+    pub fn source(&self) -> String {
+        match &self.range {
+            Range::Stated(..) => String::new(),
+            Range::Standard(standard) => format!("{} ({})", standard.title, standard.source),
+        }
+    }
+
+    /// Lowest and highest value in the octave or third `hz` in the room of a response, in the unit of the parameter; none where it says nothing.
+    #[must_use]
+    pub fn range(&self, hz: f64, room: &Provenance) -> Option<[f64; 2]> {
         match &self.range {
             Range::Stated(range, bands) => {
                 let is_meant = match bands {
@@ -118,40 +139,32 @@ impl Criterion {
                 };
                 is_meant.then_some(*range)
             }
-            Range::Din(curve) => {
-                let time = curve.time(volume?)?;
-                let (_, range) = curve.range.iter().find(|(octave, _)| octave.total_cmp(&hz).is_eq())?;
-                Some(range.map(|share| share * time))
-            }
-            Range::Ansi => {
-                let (_, limit) =
-                    ANSI_LIMITS.iter().find(|(most, _)| volume.is_some_and(|volume| volume <= *most))?;
-                SPEECH_OCTAVES.contains(&hz).then_some([0.0, *limit])
-            }
-            Range::MiddleMean(limit) => {
-                (SPEECH_OCTAVES.contains(&hz) || MIDDLE_THIRDS.contains(&hz)).then_some([0.0, *limit])
-            }
+            Range::Standard(standard) => standard.range(hz, size(room)),
         }
     }
 
-    /// What is judged of a room of `volume` [m³] in a response of these `bands` [Hz]: each band with its range, or the mean over several.
+    /// What is judged of the room of a response of these `bands` [Hz]: each band with its range, or the mean over several.
     ///
     /// # Errors
     /// Why the criterion does not apply.
-    pub fn judged(&self, bands: &[f64], volume: Option<f64>) -> Result<Vec<Judged>, String> {
-        if let (Range::Stated(range, _), false) = (&self.range, matches!(self.quantity, Single::Of(_))) {
-            return Ok(vec![Judged { bands: Vec::new(), range: *range }]);
+    pub fn judged(&self, bands: &[f64], room: &Provenance) -> Result<Vec<Judged>, String> {
+        match &self.range {
+            Range::Stated(range, _) if !matches!(self.quantity, Single::Of(_)) => {
+                return Ok(vec![Judged { bands: Vec::new(), range: *range }]);
+            }
+            Range::Stated(..) => {}
+            Range::Standard(standard) => {
+                let limit = standard.value(size(room))?;
+                // Nominal centres alone do not tell 500 Hz of octaves from that of thirds.
+                let has = |set: &&Vec<f64>| set.iter().filter(|hz| bands.contains(hz)).count();
+                if let Some(of) = standard.means.iter().max_by_key(has) {
+                    return Ok(vec![Judged { bands: of.clone(), range: [0.0, limit] }]);
+                }
+            }
         }
-        if let Range::MiddleMean(limit) = self.range {
-            // Nominal centres alone do not tell 500 Hz of octaves from that of thirds.
-            let has_thirds =
-                bands.iter().any(|hz| MIDDLE_THIRDS.contains(hz) && !SPEECH_OCTAVES.contains(hz));
-            let of: &[f64] = if has_thirds { &MIDDLE_THIRDS } else { &SPEECH_OCTAVES };
-            return Ok(vec![Judged { bands: of.to_vec(), range: [0.0, limit] }]);
-        }
-        let judged = |hz: &f64| Some(Judged { bands: vec![*hz], range: self.range(*hz, volume)? });
+        let judged = |hz: &f64| Some(Judged { bands: vec![*hz], range: self.range(*hz, room)? });
         let judged: Vec<Judged> = bands.iter().filter_map(judged).collect();
-        if judged.is_empty() { Err(self.reason(volume)) } else { Ok(judged) }
+        if judged.is_empty() { Err("the response has none of its bands".to_owned()) } else { Ok(judged) }
     }
 
     /// What is judged, at a receiver.
@@ -162,23 +175,6 @@ impl Criterion {
         match self.quantity {
             Single::Of(parameter) => judged.value(|hz| receiver.in_band(hz, parameter)),
             several => several.value(receiver),
-        }
-    }
-
-    /// Why the criterion does not apply to a room of `volume` [m³].
-    fn reason(&self, volume: Option<f64>) -> String {
-        let volumes = match &self.range {
-            Range::Din(curve) => Some(curve.volumes),
-            Range::Ansi => Some([0.0, ANSI_LIMITS[1].0]),
-            Range::Stated(..) | Range::MiddleMean(_) => None,
-        };
-        match (volumes, volume) {
-            (Some(_), None) => "the response states no volume".to_owned(),
-            (Some([least, most]), Some(volume)) if !(least..=most).contains(&volume) => {
-                let to = if most.is_finite() { format!("… {most} m³") } else { "m³ and more".to_owned() };
-                format!("volume {volume:.0} m³ outside {least} {to}")
-            }
-            _ => "the response has none of its bands".to_owned(),
         }
     }
 }
@@ -199,7 +195,7 @@ impl Judged {
     /// Why a band has none.
     fn value(&self, of: impl Fn(f64) -> Option<ParameterValue>) -> ParameterValue {
         if let Some(missing) = octave::missing(&self.bands, |hz| of(hz).is_some()) {
-            let octaves = if self.bands.len() > SPEECH_OCTAVES.len() { "400 to 2500" } else { "500 to 2000" };
+            let octaves = if self.bands.len() > 3 { "400 to 2500" } else { "500 to 2000" };
             return Err(Unsupported::OctavesMissing { octaves, missing });
         }
         let found: Vec<ParameterValue> = self.bands.iter().filter_map(|hz| of(*hz)).collect();
@@ -304,8 +300,12 @@ mod tests {
     use super::*;
     use sonel_analysis::Estimate;
 
+    fn room(volume: f64) -> Provenance {
+        Provenance { volume_m3: Some(volume), ..Provenance::default() }
+    }
+
     fn range(text: &str, hz: f64, volume: f64) -> Option<[f64; 2]> {
-        text.parse::<Criterion>().expect("a criterion").range(hz, Some(volume))
+        text.parse::<Criterion>().expect("a criterion").range(hz, &room(volume))
     }
 
     fn near(found: Option<[f64; 2]>, expected: [f64; 2]) {
@@ -339,7 +339,7 @@ mod tests {
             Some(Ok(Estimate::bare(times[at], Ok([times[at] - 0.01, times[at] + 0.01]))))
         };
         let judged = |word: &str, bands: &[f64]| {
-            word.parse::<Criterion>().unwrap().judged(bands, Some(200.0)).unwrap()
+            word.parse::<Criterion>().unwrap().judged(bands, &room(200.0)).unwrap()
         };
         let mean = &judged("bb93-primary", &bands)[..];
         assert_eq!(
@@ -360,13 +360,36 @@ mod tests {
 
     #[test]
     fn what_does_not_apply_says_why() {
-        let reason = |word: &str, bands: &[f64], volume| {
-            word.parse::<Criterion>().unwrap().judged(bands, volume).unwrap_err()
+        let reason = |word: &str, room: &Provenance| {
+            word.parse::<Criterion>().unwrap().judged(&[500.0], room).unwrap_err()
         };
-        assert_eq!(reason("ansi-s12.60", &[500.0], Some(600.4)), "volume 600 m³ outside 0 … 566 m³");
-        assert_eq!(reason("din18041-a4", &[500.0], Some(600.0)), "volume 600 m³ outside 30 … 500 m³");
-        assert_eq!(reason("din18041-a4", &[500.0], None), "the response states no volume");
-        assert_eq!(reason("t30<=1s@63", &[500.0], None), "the response has none of its bands");
+        assert_eq!(reason("ansi-s12.60", &room(600.4)), "volume 600 m³ outside 0 … 566 m³");
+        assert_eq!(reason("din18041-b3", &room(600.0)), "the response states no height");
+        assert_eq!(reason("t30<=1s@63", &room(600.0)), "the response has none of its bands");
+    }
+
+    #[test]
+    fn own_requirements_stand_in_a_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("own.toml").display().to_string();
+        let of = |name: &str| {
+            format!(
+                "[{name}]\ntitle = \"club\"\nsource = \"owner\"\nstate = \"occupied\"\nparameter = \"c50\"\nrooms = [{{ volume = [0, 900], offset = 2 }}]\nbands = [[500, 1, 2]]\n"
+            )
+        };
+        std::fs::write(&path, of("club")).unwrap();
+        let club: Criterion = path.parse().unwrap();
+        assert_eq!(
+            (club.range(500.0, &room(90.0)), club.source()),
+            (Some([2.0, 4.0]), "club (owner)".to_owned())
+        );
+        std::fs::write(&path, of("club") + &of("bar")).unwrap();
+        assert!(format!("{path}:bar").parse::<Criterion>().is_ok());
+        for (text, message) in
+            [(path.clone(), "one of bar, club"), (path.replace("own", "no"), "No such file")]
+        {
+            assert!(text.parse::<Criterion>().unwrap_err().0.contains(message), "{text}");
+        }
     }
 
     #[test]
@@ -383,7 +406,7 @@ mod tests {
         {
             let criterion = text.parse::<Criterion>().unwrap();
             assert_eq!(criterion.quantity, quantity);
-            let judged = criterion.judged(&[], None).unwrap();
+            let judged = criterion.judged(&[], &Provenance::default()).unwrap();
             assert_eq!(
                 (judged.len(), judged[0].range, judged[0].to_string()),
                 (1, [wanted, f64::INFINITY], String::new())

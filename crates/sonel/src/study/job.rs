@@ -253,6 +253,7 @@ fn provenance(
         }),
         sources: sources.map(|(rendering, source)| of_source(renderer, rendering, source)).collect(),
         volume_m3: renderer.volume(),
+        height_m: Some(renderer.height(scene.up)),
         ..Provenance::default()
     }
 }

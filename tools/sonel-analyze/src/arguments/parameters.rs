@@ -33,7 +33,8 @@ pub struct Parameters {
     pub mean: bool,
     /// Requirement; repeatable.
     ///
-    /// Prints the share of receivers within a range, band by band, such as t30=0.6s±20%@250-2000, c50>=2dB or din18041-a3.
+    /// Prints the share of receivers within a range, band by band, such as t30=0.6s±20%@250-2000, c50>=2dB, a standard such as din18041-a3, or
+    /// FILE.toml:NAME.
     #[arg(long = "target", value_name = "CRITERION", value_parser = str::parse::<Criterion>)]
     pub targets: Vec<Criterion>,
     /// Map of the responses, for --material-uncertainty.

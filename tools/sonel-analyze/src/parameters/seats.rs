@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 use sonel::analysis::{ParameterValue, ReceiverParameters};
+use sonel::echograms::Provenance;
 use sonel::study::criteria::{Criterion, Judged, Verdict, verdict};
 use sonel_console::quantity;
 
@@ -48,11 +49,11 @@ impl Share {
 pub(super) fn shares(
     targets: &[Criterion],
     parameters: &[ReceiverParameters],
-    volume: Option<f64>,
+    room: &Provenance,
 ) -> Vec<Share> {
     let share = |target: &Criterion, group: &[ReceiverParameters]| {
         let bands: Vec<f64> = group[0].bands.iter().map(|band| band.center_frequency_hz).collect();
-        let judged = target.judged(&bands, volume);
+        let judged = target.judged(&bands, room);
         let counts =
             |judged: Vec<Judged>| judged.into_iter().map(|one| Counts::of(one, target, group)).collect();
         Share {

@@ -16,6 +16,8 @@ pub(crate) struct Requirement {
     pub key: &'static str,
     pub symbol: &'static str,
     pub unit: &'static str,
+    /// Title and source of a standard.
+    pub source: String,
     /// The state of the room in which it holds.
     pub state: &'static str,
     /// Lowest and highest value in each band of the first design; none where it says nothing.
@@ -52,13 +54,14 @@ impl Requirement {
         let (symbol, unit, factor) = target.quantity.heading();
         let first = subjects[0].echograms();
         let range =
-            |hz: &f64| target.range(*hz, subjects[0].volume()).map(|range| range.map(|end| factor * end));
+            |hz: &f64| target.range(*hz, &first.provenance).map(|range| range.map(|end| factor * end));
         Self {
             name: target.name.clone(),
             key: target.quantity.key(),
             symbol,
             unit,
-            state: state(&target.name),
+            source: target.source(),
+            state: target.state(),
             ranges: first.center_frequency_hz.iter().map(range).collect(),
             designs: subjects.iter().map(|subject| judgement(target, subject)).collect(),
         }
@@ -72,7 +75,7 @@ impl Requirement {
 
 fn judgement(target: &Criterion, subject: &Subject) -> Judgement {
     let factor = target.quantity.heading().2;
-    let judged = match target.judged(&subject.echograms().center_frequency_hz, subject.volume()) {
+    let judged = match target.judged(&subject.echograms().center_frequency_hz, &subject.echograms().provenance) {
         Ok(judged) => judged,
         Err(reason) => return Judgement { verdict: format!("does not apply: {reason}"), bands: Vec::new() },
     };
@@ -110,28 +113,9 @@ fn beyond([low, high]: [f64; 2], value: &ParameterValue) -> (ParameterValue, boo
     (Ok(Estimate::bare(of(estimate.value), interval)), is_above)
 }
 
-/// The state of the room in which the standard of a target holds.
-fn state(target: &str) -> &'static str {
-    let target = target.to_lowercase();
-    match () {
-        () if ["din18041-a5", "bb93", "ansi"].iter().any(|standard| target.starts_with(standard)) => {
-            "finished, unoccupied room: no people in the materials"
-        }
-        () if target.starts_with("din18041") => "occupied room: people must be in the materials",
-        () => "",
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_standard_says_for_which_room_it_holds() {
-        let stated = ["DIN18041-a3", "bb93-primary", "ansi-s12.60", "din18041-a5", "t30<=0.6s"].map(state);
-        assert!(stated[0].starts_with("occupied") && stated[1].contains("unoccupied"));
-        assert_eq!((stated[2], stated[3], stated[4]), (stated[1], stated[1], ""));
-    }
 
     #[test]
     fn a_margin_is_that_to_the_nearer_end_with_its_interval() {
