@@ -47,6 +47,37 @@ pub struct Line {
     pub privacy_distance: ParameterValue,
 }
 
+impl Line {
+    /// Its numbers with their symbols, units and keys.
+    #[must_use]
+    pub fn numbers(&self) -> [(&'static str, &'static str, &ParameterValue); 5] {
+        [
+            ("D2,S [dB]", "decay_rate_d2s_db", &self.decay_rate_db),
+            ("Lp,A,S,4m [dB]", "speech_level_at_4_m_db", &self.level_at_4_m_db),
+            ("rC [m]", "comfort_distance_m", &self.comfort_distance),
+            ("rD [m]", "distraction_distance_m", &self.distraction_distance),
+            ("rP [m]", "privacy_distance_m", &self.privacy_distance),
+        ]
+    }
+
+    /// Levels of sound propagation of [VDI2569], 1 (best) … 3 or none, that lie within the intervals.
+    #[must_use]
+    pub fn propagation(&self) -> Option<String> {
+        let ends = |value: &ParameterValue| value.as_ref().ok()?.interval.clone().ok();
+        let ([slow, fast], [quiet, loud]) = (ends(&self.decay_rate_db)?, ends(&self.level_at_4_m_db)?);
+        let level = |rate: f64, at_4_m: f64| {
+            let is_met = |(least, most): &(f64, f64)| rate >= *least && at_4_m <= *most;
+            PROPAGATION.iter().position(is_met).map_or("none".to_owned(), |index| (index + 1).to_string())
+        };
+        let (best, worst) = (level(fast, quiet), level(slow, loud));
+        let levels = if best == worst { best } else { format!("{best} or {worst}") };
+        Some(format!("level of sound propagation (VDI 2569): {levels}"))
+    }
+}
+
+/// Least decay rate and highest level at 4 m of each level of sound propagation [dB] [VDI2569].
+const PROPAGATION: [(f64, f64); 3] = [(8.0, 47.0), (6.0, 49.0), (4.0, 51.0)];
+
 /// A workstation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place {

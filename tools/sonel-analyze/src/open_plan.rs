@@ -205,16 +205,6 @@ fn check_twice(receivers: &[usize], response: &Echograms) -> anyhow::Result<()> 
     }
 }
 
-fn numbers(line: &Line) -> [(&'static str, &'static str, &ParameterValue); 5] {
-    [
-        ("D2,S [dB]", "decay_rate_d2s_db", &line.decay_rate_db),
-        ("Lp,A,S,4m [dB]", "speech_level_at_4_m_db", &line.level_at_4_m_db),
-        ("rC [m]", "comfort_distance_m", &line.comfort_distance),
-        ("rD [m]", "distraction_distance_m", &line.distraction_distance),
-        ("rP [m]", "privacy_distance_m", &line.privacy_distance),
-    ]
-}
-
 fn object(line: &Line, source: &str) -> Value {
     let places: Vec<Value> = line
         .places
@@ -229,7 +219,7 @@ fn object(line: &Line, source: &str) -> Value {
         })
         .collect();
     let mut object = json!({ "source": source, "places": places });
-    for (_, key, estimate) in numbers(line) {
+    for (_, key, estimate) in line.numbers() {
         object[key] = report::estimate(estimate);
     }
     object
@@ -243,14 +233,16 @@ fn table(line: &Line, source: &str) -> String {
         [place.name.clone(), format!("{:.2}", place.distance), level, index]
     });
     let lines = aligned(["receiver", "r [m]", "Lp,A,S [dB]", "STI"], rows, 1..);
-    let singles: String = numbers(line)
+    let singles: String = line
+        .numbers()
         .into_iter()
         .map(|(symbol, _, estimate)| format!("{symbol}: {}\n", cell(estimate, 2, &mut reasons)))
         .collect();
     reasons.dedup();
     let reasons: String = reasons.into_iter().map(|reason| format!("{reason}\n")).collect();
+    let level = line.propagation().map_or_else(String::new, |levels| levels + "\n");
     format!(
-        "line from source \"{source}\"\n{lines}{singles}±: half-width of the 95 % interval\n{GOOD}\n{reasons}"
+        "line from source \"{source}\"\n{lines}{singles}{level}±: half-width of the 95 % interval\n{GOOD}\n{reasons}"
     )
 }
 

@@ -28,6 +28,7 @@ function showReport(page) {
   section("Result", verdicts(page));
   section("Room and assumptions", assumptions(page));
   section("Designs", pictures(page));
+  if (page.offices.length) section("Open-plan office", openPlan(page));
   section("Single numbers", singleNumbers(page));
   if (page.designs.length > 1) section("Differences", differences(page));
   if (page.requirements.length) section("Requirement by band", judgedBands(page));
@@ -150,6 +151,18 @@ function assumptions(page) {
   const both = make("div", undefined, "facts");
   both.append(table([], facts, "long"), picture);
   return [both];
+}
+
+// Designs side by side, with their differences to the first.
+function openPlan(page) {
+  const [first, ...others] = page.offices, unitOf = (label) => /\[(.*)\]/.exec(label)[1];
+  const head = ["along the receivers", ...page.designs.flatMap(({ name }, index) => index ? [name, `less ${page.designs[0].name}`] : [name])];
+  const rows = first.numbers.map(({ label, value }, index) => [label, cell(value, unitOf(label)), ...others.flatMap(({ numbers }) => {
+    const { value, less } = numbers[index];
+    return [cell(value, unitOf(label)), cell(less, unitOf(label), significance(less, Infinity))];
+  })]);
+  const levels = page.offices.filter(({ level }) => level).map(({ level }, index) => `${page.designs.length > 1 ? `${page.designs[index].name}: ` : ""}${level}`);
+  return [table(head, rows), make("p", `${[...levels, ""].join(". ")}ISO 3382-3 (2012, annex A) calls an office good with D2,S of at least 7 dB, Lp,A,S,4m of at most 48 dB and rD of at most 5 m.`, "note")];
 }
 
 // Means of every design and, where they are few, every seat.

@@ -32,7 +32,7 @@ async function unpacked(id) {
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
 }
 // Decimals of the trade: times in 0.01 s, levels and clarity in 0.1 dB, indices in 0.01.
-const DECIMALS = { s: 2, dB: 1, "dB(A)": 1, "%": 0, ms: 0, "": 2 };
+const DECIMALS = { s: 2, dB: 1, "dB(A)": 1, "%": 0, ms: 0, m: 1, "": 2 };
 function rounded(value, unit) {
   const text = value.toFixed(DECIMALS[unit]);
   return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");

@@ -32,6 +32,11 @@ pub struct HeadArguments {
     /// din18041-a3, or one of your own in a file, FILE.toml:NAME.
     #[arg(long = "target", value_name = "CRITERION", value_parser = str::parse::<Criterion>)]
     pub targets: Vec<Criterion>,
+    /// Add parameters of an open-plan office.
+    ///
+    /// D2,S, Lp,A,S,4m and distances of ISO 3382-3 along the receivers of the first source, by default with the speech of the standard.
+    #[arg(long, requires = "noise")]
+    pub open_plan: bool,
     /// Uncertainty of materials.
     #[command(flatten)]
     pub uncertainty: UncertaintyArguments,

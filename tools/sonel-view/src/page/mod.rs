@@ -6,6 +6,7 @@
 mod design;
 mod html;
 pub(crate) mod number;
+mod office;
 pub(crate) mod pair;
 mod reflections;
 mod remarks;
@@ -16,6 +17,7 @@ use anyhow::Context;
 use serde::Serialize;
 use sonel::MaterialVariants;
 use sonel::analysis::comparison::Pairing;
+use sonel::analysis::modulation::Talk;
 use sonel::analysis::receiver::parameters_of;
 use sonel::analysis::single::Single;
 use sonel::analysis::{Parameter, ReceiverParameters};
@@ -30,6 +32,7 @@ use sonel_console::uncertainty::UncertaintyArguments;
 
 use crate::HeadArguments;
 use design::Design;
+use office::Office;
 use pair::Pair;
 use requirement::Requirement;
 use room::Room;
@@ -57,6 +60,8 @@ pub(crate) struct Page {
     /// Of all designs, design by design.
     pub pairs: Vec<Pair>,
     pub requirements: Vec<Requirement>,
+    /// Open-plan offices, design by design, where that is asked for.
+    pub offices: Vec<Office>,
     /// Single numbers over the room where receivers are many.
     pub maps: Vec<Plans>,
     /// Missing and uncertain values in plain words.
@@ -94,6 +99,8 @@ pub struct Subject {
     /// What the page calls it.
     pub name: String,
     response: sonel::Response,
+    /// What is said in which noise, where that is known.
+    talk: Option<Talk>,
     /// Of every source at every receiver.
     pub parameters: Vec<ReceiverParameters>,
     /// What is known of the uncertainty of its materials.
@@ -107,7 +114,7 @@ impl Subject {
     /// When `heard` names a source that the response lacks.
     pub fn new(name: String, response: sonel::Response, heard: &HeardArguments) -> anyhow::Result<Self> {
         let (response, parameters) = read_off(response, heard)?;
-        Ok(Self { name, response, parameters, materials: None })
+        Ok(Self { name, response, talk: heard.talk(), parameters, materials: None })
     }
 
     /// Gives every parameter its changes by the uncertainty of the materials of `map`.
@@ -188,6 +195,7 @@ impl Page {
             designs: Vec::new(),
             pairs: Vec::new(),
             requirements: Vec::new(),
+            offices: Vec::new(),
             maps: Vec::new(),
             remarks: Vec::new(),
             live: None,
@@ -211,6 +219,7 @@ impl Page {
             date: head.date.clone(),
             revision: head.revision.clone(),
             requirements: head.targets.iter().map(|target| Requirement::of(target, subjects)).collect(),
+            offices: if head.open_plan { Office::all(subjects) } else { Vec::new() },
             maps: plans(subjects, maps),
             remarks: remarks::of(subjects, maps),
             ..Self::of_room(name.unwrap_or("Room acoustics"), room)
