@@ -62,7 +62,8 @@ function verdictText({ key, unit, designs }, index) {
   const at = ({ at }) => at && known.length > 1 ? ` at ${at}` : "";
   const beyond = (band) => {
     const word = (TOO[key] ?? ["low", "high"])[Number(band.isAbove)];
-    const doubt = band.verdict === "undecided" ? "perhaps " : "";
+    const [over, ...sides] = band.beyond, doubt = band.verdict === "undecided" ? "perhaps " : "";
+    if (over < 0) return `${numberText([-over, ...sides], unit)} ${unit} to spare${at(band)}`.replace(/ +/g, " ");
     return `${doubt}too ${word} by ${numberText(band.beyond, unit)} ${unit}${at(band)}`.replace(/ +/g, " ");
   };
   const outside = [true, false].map((above) => worst((band) => band.isAbove === above && band.verdict !== "pass")).filter(Boolean);
@@ -136,8 +137,10 @@ function assumptions(page) {
     const volume = room.volume && `volume ${room.volume.toFixed(0)} m³`, area = size && `surface ${size.toFixed(0)} m²`;
     const path = room.volume && size && `mean free path ${(4 * room.volume / size).toFixed(2)} m`;
     const sources = room.sources.map(({ name, at, directivity }) => `${name} at (${at.map((v) => v.toFixed(2)).join(", ")}) m${directivity ? `, ${directivity}` : ""}`);
+    const rendered = page.designs.filter((design) => design.room === index).flatMap(({ effects }) => effects);
+    const effects = [...new Set([...room.trace?.effects.filter(([, on]) => on !== "off").map(([name]) => name) ?? [], ...rendered])];
     return [[`room${of}`, [volume, area, path].filter(Boolean).join(", ") || "not closed, or without its map"], [`sources${of}`, sources.join("; ")],
-      ...room.trace ? [[`simulation${of}`, `sonel mapping, ${room.trace.packets.toLocaleString("en")} packets a source; on: ${room.trace.effects.filter(([, on]) => on !== "off").map(([name]) => name).join(", ") || "no effect"}`]] : []];
+      ...room.trace ? [[`simulation${of}`, `sonel mapping, ${room.trace.packets.toLocaleString("en")} packets a source; on: ${effects.join(", ") || "no effect"}`]] : []];
   });
   const { noise, system } = page.designs[0], receivers = new Set(page.pairs.map(({ receiver }) => receiver));
   facts.push(["receivers", receivers.size > 12 ? `${receivers.size}` : [...receivers].join(", ")]);

@@ -31,6 +31,8 @@ pub(crate) struct Design {
     pub materials: Option<Vec<Coefficients>>,
     /// Means over all pairs that have a value, of single numbers and in each band.
     pub means: Vec<Row>,
+    /// What the rendering computed beside what the trace did.
+    pub effects: Vec<&'static str>,
     /// Statistical times of a closed room.
     pub times: Vec<StatisticalTimes>,
     /// Sources of a system with their gains and delays.
@@ -82,11 +84,17 @@ impl Design {
         let modal = volume.and_then(|volume| ModalBands::of(&subject.parameters, volume));
         let stated = provenance.to_json();
         let stated = stated.as_object().into_iter().flatten().filter(|(key, _)| key.as_str() != "sources");
+        let [edges, boundary] = [
+            provenance.sources.iter().any(|source| !source.edges.is_empty()),
+            provenance.sources.iter().any(|source| !source.boundary_db.is_empty()),
+        ];
+        let effects = [("edges", edges), ("boundary", boundary)];
         let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
         Self {
             name: subject.name.clone(),
             room,
             means: subject.singles().map(|single| mean(single, subject, first)).collect(),
+            effects: effects.into_iter().filter(|(_, is_on)| *is_on).map(|(name, _)| name).collect(),
             times: map.zip(materials.as_ref()).map_or_else(Vec::new, |(map, each)| times(map, each)),
             materials: materials.as_ref().map(coefficients),
             system: provenance

@@ -36,7 +36,7 @@ impl Office {
     fn of(line: &Line, first: Option<&Line>) -> Self {
         let less = |index: usize, value: &ParameterValue| {
             let before = first?.numbers()[index].2;
-            Some(Number::of(&difference(value, before, Pairing::Independent), 1.0))
+            Some(Number::of(&difference(before, value, Pairing::Independent), 1.0))
         };
         let numbers = line.numbers().into_iter().enumerate().map(|(index, (label, _, value))| OfficeNumber {
             label,
