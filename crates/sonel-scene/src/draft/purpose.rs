@@ -80,6 +80,11 @@ impl Purpose {
         }
     }
 
+    /// Whether its target is that of the occupied room.
+    pub(super) fn is_occupied(self) -> bool {
+        shipped()[self.requirement()].state == State::Occupied
+    }
+
     /// The target for a room of a volume [m³] in a sentence; outside the volumes that the standard has, why there is none.
     #[must_use]
     pub fn target(self, volume: f64) -> String {
@@ -92,7 +97,7 @@ impl Purpose {
         let [low, high] = requirement.range(MIDDLE_HZ, size).unwrap_or([time; 2]);
         let range =
             if low > 0.0 { format!("{time:.2} s, within {low:.2} …") } else { "at most".to_owned() };
-        let state = if requirement.state == State::Occupied { "occupied" } else { "empty" };
+        let state = if self.is_occupied() { "occupied" } else { "empty" };
         format!("T {range} {high:.2} s from 250 to 2000 Hz, {state} ({source})")
     }
 }

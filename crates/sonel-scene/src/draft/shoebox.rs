@@ -16,6 +16,8 @@ const RECEIVERS: [(&str, [f64; 2]); 3] =
     [("front", [0.35, 0.3]), ("middle", [0.6, 0.65]), ("rear", [0.88, 0.42])];
 /// Scattering of all walls [1]: furniture and shelves that the shoebox leaves out (docs/formats/scene.md).
 const SCATTERING: f64 = 0.3;
+/// A line of a floor whose room is judged with people.
+const PEOPLE: &str = "# people = 0.4    # per m²: the target is for the occupied room\n";
 
 /// A scene file for a room of `lengths` [m] along x, y and upwards z.
 ///
@@ -50,9 +52,11 @@ pub fn draft_shoebox(lengths: [f64; 3], options: &DraftOptions<'_>) -> Result<Dr
     ];
     for (table, place, chosen, list) in sides.into_iter().filter(|(table, ..)| has_windows || *table != "y0")
     {
+        let is_occupied = table == "z0" && options.purpose.is_some_and(super::Purpose::is_occupied);
+        let people = if is_occupied { PEOPLE } else { "" };
         let _ = write!(
             walls,
-            "\n[materials.{table}]    # {place}\n{}scattering = {SCATTERING}    # chosen: furniture is not drawn\n",
+            "\n[materials.{table}]    # {place}\n{}{people}scattering = {SCATTERING}    # chosen: furniture is not drawn\n",
             choices(chosen, list)
         );
     }

@@ -5,16 +5,17 @@ use sonel_acoustics::{AbsorptionLaw, Material, MaterialProblem, sample};
 use crate::DEFAULT_SCATTERING;
 use crate::bands::BandChoice;
 use crate::document::{Entry, Number, Table};
-use crate::library::MaterialSources;
+use crate::library::{MaterialSources, shipped};
 use crate::scene::opaque;
 
-const KEYS: [&str; 11] = [
+const KEYS: [&str; 12] = [
     "absorption",
     "scattering",
     "diffuse",
     "transmission",
     "sound_reduction_db",
     SAMPLE,
+    PEOPLE,
     "source",
     "library",
     "absorption_law",
@@ -22,9 +23,15 @@ const KEYS: [&str; 11] = [
     VARIANTS,
 ];
 /// How many of these a variant may have; what it does not state is as in its material.
-const OF_VARIANT: usize = 8;
+const OF_VARIANT: usize = 9;
 /// The key of a list of variants.
 const VARIANTS: &str = "variants";
+
+/// The key of the number of people on a surface [1/m²].
+const PEOPLE: &str = "people";
+
+/// Audience areas of the library with their people [1/m²]; fewer leave the rest of the surface as it is.
+const AUDIENCES: [(f64, &str); 3] = [(1.0, "audience-1"), (1.5, "audience-1.5"), (2.0, "audience-2")];
 
 /// The key of the area of the sample on which absorption was measured [m²].
 const SAMPLE: &str = "sample_area";
@@ -145,6 +152,7 @@ fn read_one(
         table.missing("absorption", "give one number, one per band, or library");
     }
     let absorption = absorption.unwrap_or_else(|| vec![0.0; count]);
+    let absorption = with_people(absorption, table, bands);
     let is_absorption_known = table.report.problem_count() == before;
     let scattering = given("scattering", table, bands);
     let diffuse = given("diffuse", table, bands);
@@ -174,6 +182,25 @@ fn read_one(
         check(table, &material, bands);
     }
     material
+}
+
+/// The absorption of a surface of these `values` with people on it: between audience areas of the library, by their number per area.
+fn with_people(values: Vec<f64>, table: &Table<'_>, bands: &BandChoice) -> Vec<f64> {
+    let Some(entry) = table.get(PEOPLE) else { return values };
+    let Some(density) = entry.positive() else { return values };
+    let mut below = (0.0, values);
+    for (people, name) in AUDIENCES {
+        let octaves = shipped().iter().find(|of| of.name == name).and_then(|of| of.absorption.as_ref());
+        let of_band = |hz: &f64| octaves.map_or(0.0, |octaves| octaves.at(*hz).0);
+        let full: Vec<f64> = bands.bands.nominal().iter().map(of_band).collect();
+        if density <= people {
+            let share = (density - below.0) / (people - below.0);
+            return below.1.iter().zip(full).map(|(less, more)| less + share * (more - less)).collect();
+        }
+        below = (people, full);
+    }
+    entry.problem(&format!("{density} people per m² are more than tables have; give at most {}", below.0));
+    below.1
 }
 
 /// The absorption of walls without end where `values` are those of a sample.

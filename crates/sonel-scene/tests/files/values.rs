@@ -185,6 +185,21 @@ fn absorption_of_a_sample_is_read_as_that_of_a_wall() {
     }
 }
 
+/// Half a person per m² is half of `audience-1`, 0.55 at 500 Hz; 1.25 is midway to `audience-1.5`, 0.71.
+#[test]
+fn people_absorb_by_their_number() {
+    let read = |people: &str| {
+        let text = format!("shoebox = [10, 7, 3]\nsources = [{{ position = [2, 2, 1.5] }}]\n[materials.walls]\nabsorption = 0.1\npeople = {people}");
+        load(&text, "scene.toml", &mut |_| panic!("a shoebox opens no mesh"))
+    };
+    let at_500_hz = |people: &str| read(people).unwrap().scene.materials[0].absorption[3];
+    for (people, expected) in [("0.5", 0.325), ("1", 0.55), ("1.25", 0.63), ("2", 0.87)] {
+        assert!((at_500_hz(people) - expected).abs() < 1e-12, "{people}");
+    }
+    assert!(read("2.5").unwrap_err().to_string().contains("give at most 2"));
+    assert!(read("0").unwrap_err().to_string().contains("not positive"));
+}
+
 #[test]
 fn units_scale_the_mesh() {
     for (unit, length) in
