@@ -146,6 +146,11 @@ pub struct Listen {
     /// Other sample rates are converted to that of the response.
     #[arg(value_name = "RECORDING.wav")]
     pub recording: PathBuf,
+    /// Gain, the same for all that are compared [dB].
+    ///
+    /// -200 … 200 dB.
+    #[arg(long, value_name = "dB", default_value_t = 0, allow_negative_numbers = true, value_parser = clap::value_parser!(i16).range(-200..=200))]
+    pub gain: i16,
     /// WAV file to write.
     ///
     /// 32-bit float. An existing file is replaced when the new one is complete.

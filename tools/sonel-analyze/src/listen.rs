@@ -16,14 +16,16 @@ use crate::open;
 /// # Errors
 /// When a file is no usable WAV file, the recording has several channels, or the output cannot be written.
 pub(crate) fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let Listen { impulse_response, recording, output } = arguments;
+    let Listen { impulse_response, recording, gain, output } = arguments;
     if !has_ending(output, "wav") {
         bail!("{} does not end in .wav: sound is written as WAV only", output.display());
     }
     let target = Output::create(output, Kind::SOUND, &[])?;
     let response = open::recording(impulse_response)?;
     let rate = response.sample_rate_hz;
-    let (signal, of_file) = dry(recording, rate)?;
+    let (mut signal, of_file) = dry(recording, rate)?;
+    let factor = 10_f32.powf(f32::from(*gain) / 20.0);
+    signal.iter_mut().for_each(|sample| *sample *= factor);
     if of_file != rate {
         writeln!(log, "note: {} has {of_file} Hz and is converted to {rate} Hz", recording.display())?;
     }
@@ -41,7 +43,8 @@ pub(crate) fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Out
     let seconds = written as f64 / f64::from(rate);
     writeln!(log, "{seconds:.2} s, peak {peak:.3e} of full scale; written to {}", output.display())?;
     if peak > 1.0 {
-        writeln!(log, "warning: the peak exceeds full scale: lower the level of the file before playing it")?;
+        let fits = (f32::from(*gain) - 20.0 * peak.log10()).floor();
+        writeln!(log, "warning: the peak exceeds full scale: give --gain {fits} to all that are compared")?;
     }
     Ok(Outcome::Done)
 }
