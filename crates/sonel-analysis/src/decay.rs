@@ -21,6 +21,9 @@ const T30_DB: f64 = -35.0;
 /// So far below the last level that is evaluated a record should reach [dB].
 const BEYOND_DB: f64 = 15.0;
 
+/// Below it what the series of 2 artanh u leaves out is rounding: u⁸/9.
+const LITTLE_FALL: f64 = 0.015;
+
 /// Energy per time bin, with the time of the direct sound.
 #[derive(Debug, Clone, Copy)]
 pub struct Echogram<'a> {
@@ -133,10 +136,9 @@ impl DecayCurve {
         self.times[self.times.len() - 1]
     }
 
-    /// Borders of the pieces since the direct sound, ascending [s].
-    #[must_use]
-    pub fn times(&self) -> &[f64] {
-        &self.times
+    /// Borders of the pieces since the direct sound, ascending [s], and the energy remaining there.
+    pub(crate) fn points(&self) -> (&[f64], &[f64]) {
+        (&self.times, &self.remaining)
     }
 
     /// Pieces of the curve in order: (begin, end) [s] and the energy remaining there.
@@ -158,7 +160,8 @@ impl DecayCurve {
             return Some(remaining);
         }
         let (begin, before) = (self.times[next - 1], self.remaining[next - 1]);
-        Some(Piece { begin, end: self.times[next], before, after: remaining }.at(time))
+        let piece = Piece { begin, end: self.times[next], before, after: remaining };
+        Some(piece.at(piece.rate(), time))
     }
 
     /// Borders of the bins since the direct sound, ascending, the first is 0 [s].
@@ -180,7 +183,8 @@ impl DecayCurve {
     /// Centre time Ts: the mean arrival time since the direct sound, ∫S dt / S(0) [s].
     #[must_use]
     pub fn center_time(&self) -> f64 {
-        let within: f64 = self.pieces().map(|piece| piece.integral()).sum();
+        let within: f64 =
+            self.pieces().filter(|piece| piece.width() > 0.0).map(|piece| piece.integral()).sum();
         // The mean delay of an exponential is one over its rate.
         (within + self.tail.energy * (1.0 / self.tail.rate)) / self.total()
     }
@@ -211,6 +215,11 @@ impl Piece {
     #[must_use]
     pub fn rate(&self) -> Option<f64> {
         let nepers = || {
+            let u = (self.before - self.after) / (self.before + self.after);
+            if u < LITTLE_FALL {
+                let square = u * u;
+                return 2.0 * u * (1.0 + square * (1.0 / 3.0 + square * (0.2 + square / 7.0)));
+            }
             let fall = (self.before - self.after) / self.after;
             // A piece may end in next to nothing, and the quotient in infinity.
             if fall.is_finite() { libm::log1p(fall) } else { libm::log(self.before) - libm::log(self.after) }
@@ -218,9 +227,10 @@ impl Piece {
         (self.after > 0.0).then(|| nepers() / self.width())
     }
 
-    fn at(&self, time: f64) -> f64 {
+    /// Energy after a `time` within the piece, whose decay rate is known.
+    fn at(&self, rate: Option<f64>, time: f64) -> f64 {
         let elapsed = time - self.begin;
-        match self.rate() {
+        match rate {
             Some(rate) => self.before * libm::exp(-rate * elapsed),
             None => self.before * (1.0 - elapsed / self.width()),
         }
@@ -275,8 +285,9 @@ fn integrated(
     for (times, spread) in borders.windows(2).zip(spread.windows(2)) {
         let piece = Piece { begin: times[0], end: times[1], before: spread[0], after: spread[1] };
         push(piece.begin, piece.before + listed[next]);
+        let rate = piece.rate();
         while next < steps.len() && steps[next].time < piece.end {
-            let spread = piece.at(steps[next].time);
+            let spread = piece.at(rate, steps[next].time);
             push(steps[next].time, spread + listed[next]);
             push(steps[next].time, spread + listed[next + 1]);
             next += 1;

@@ -67,7 +67,7 @@ pub fn take(arrivals: &[Arrival], direct_time: f64, times: &[f64], energy: &mut 
 /// The bin that holds `time`; next to a border the one that has the `wanted` energy. [`None`] behind the last bin.
 fn bin(times: &[f64], energy: &[f64], time: f64, wanted: f64) -> Option<usize> {
     let of = |time: f64| times.partition_point(|&border| border <= time).checked_sub(1);
-    let candidates = [time, time - BORDER, time + BORDER].map(of).into_iter().flatten();
+    let candidates = [time, time - BORDER, time + BORDER].into_iter().filter_map(of);
     let mut candidates = candidates.filter(|&bin| bin < energy.len());
     let first = candidates.next()?;
     let holds = |bin: usize| energy[bin] >= wanted * (1.0 - ROUNDING);

@@ -149,8 +149,9 @@ pub struct Borders {
 
 impl Borders {
     fn of(&mut self, curve: &DecayCurve) -> &[Phasors] {
-        if self.times != curve.times() {
-            self.times = curve.times().to_vec();
+        let (times, _) = curve.points();
+        if self.times != times {
+            self.times = times.to_vec();
             self.phasors = self.times.iter().map(|&time| Phasors::at(time)).collect();
         }
         &self.phasors
@@ -166,6 +167,10 @@ pub fn modulation_transfers(bands: &[(&DecayCurve, f64)], borders: &mut Borders)
         let phasors = borders.of(curve);
         let mut sum = Phasors::ZERO;
         for (piece, at) in curve.pieces().zip(phasors.windows(2)) {
+            if piece.width() <= 0.0 {
+                sum.add(&at[0], piece.before - piece.after);
+                continue;
+            }
             match piece.rate() {
                 Some(rate) if rate > 0.0 => {
                     sum.add_exponential(piece.before, &at[0], piece.after, &at[1], rate);

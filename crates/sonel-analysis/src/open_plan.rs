@@ -13,7 +13,7 @@ use crate::derived::derived;
 use crate::estimate::{ParameterValue, Unsupported};
 use crate::modulation::{SPEECH_OCTAVES, Talk};
 use crate::parameter::Parameter;
-use crate::receiver::{ReceiverParameters, parameters_of};
+use crate::receiver::{ReceiverParameters, parameters_at};
 
 /// Power levels of speech at normal effort in [`SPEECH_OCTAVES`] [dB re 1 pW], 68.4 dB(A) in all.
 pub const SPEECH_POWER_LEVEL_DB: [f64; 7] = [60.9, 65.3, 69.0, 63.0, 55.8, 49.8, 44.5];
@@ -97,9 +97,9 @@ pub fn line(response: &Response, s: usize, receivers: &[usize], talk: &Talk) -> 
     let bands = response.bands();
     let power = &response.source_power_level_db[s * bands..(s + 1) * bands];
     let more = talk.more_than(&response.center_frequency_hz, power, &[]);
-    let parameters = parameters_of(response, Some(talk));
-    let mut places: Vec<Place> =
-        receivers.iter().map(|r| place(&parameters[s * response.receivers() + r], more)).collect();
+    let pairs: Vec<(usize, usize)> = receivers.iter().map(|r| (s, *r)).collect();
+    let parameters = parameters_at(response, Some(talk), &Parameter::ALL, &pairs);
+    let mut places: Vec<Place> = parameters.iter().map(|receiver| place(receiver, more)).collect();
     places.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     let (of_levels, levels): (Vec<f64>, Vec<&ParameterValue>) = places
         .iter()

@@ -209,53 +209,75 @@ pub struct LevelScale {
     pub characteristic_impedance: f64,
 }
 
-/// The value of every parameter of one echogram.
+/// What the parameters of one echogram are read off, each when it is asked for.
 #[derive(Debug, Clone)]
 pub struct Values {
-    /// In the order of [`Parameter::ALL`].
-    pub values: [Result<f64, Unsupported>; PARAMETER_COUNT],
-    /// EDT, T20 and T30.
-    lines: [Option<DecayLine>; 3],
-    /// The decay curve, for what else is read off it.
+    /// Energy of the record.
+    total: f64,
+    scale: Option<LevelScale>,
+    /// The decay curve.
     pub curve: Result<DecayCurve, Unsupported>,
 }
 
 impl Values {
-    /// Reads all parameters off `echogram`.
+    /// Integrates `echogram`.
     #[must_use]
     pub fn read(echogram: Echogram<'_>, scale: Option<LevelScale>) -> Self {
         Self::of_curve(echogram.total(), DecayCurve::new(echogram), scale)
     }
 
-    /// The parameters of a record of energy `total` with `curve`.
+    /// A record of energy `total` with `curve`.
     #[must_use]
     pub fn of_curve(total: f64, curve: Result<DecayCurve, Unsupported>, scale: Option<LevelScale>) -> Self {
-        let nothing = || match &curve {
-            Err(reason @ Unsupported::DirectOutside { .. }) => reason.clone(),
-            _ => Unsupported::NoEnergy,
+        Self { total, scale, curve }
+    }
+
+    /// One of [`Parameter::ALL`].
+    ///
+    /// # Errors
+    /// Why there is no such value.
+    pub fn value(&self, parameter: Parameter) -> Result<f64, Unsupported> {
+        match parameter {
+            Parameter::Level | Parameter::Strength => self.level(parameter),
+            Parameter::ClarityC50 => clarity(self.curve()?, 0.050),
+            Parameter::ClarityC80 => clarity(self.curve()?, 0.080),
+            Parameter::DefinitionD50 => {
+                let curve = self.curve()?;
+                Ok(1.0 - late(curve, 0.050)? / curve.total())
+            }
+            Parameter::CenterTime => center_time(self.curve()?),
+            _ => Ok(self.line(parameter).unwrap_or(Err(Unsupported::NotAsked))?.time),
+        }
+    }
+
+    fn level(&self, parameter: Parameter) -> Result<f64, Unsupported> {
+        let scale = self.scale.ok_or(Unsupported::NotCalibrated)?;
+        if self.total <= 0.0 {
+            let is_outside = |reason: &&Unsupported| matches!(reason, Unsupported::DirectOutside { .. });
+            return Err(self
+                .curve
+                .as_ref()
+                .err()
+                .filter(is_outside)
+                .cloned()
+                .unwrap_or(Unsupported::NoEnergy));
+        }
+        let LevelScale { source_power_level_db, characteristic_impedance } = scale;
+        Ok(match parameter {
+            Parameter::Level => level_db(self.total, source_power_level_db, characteristic_impedance),
+            _ => strength_db(self.total),
+        })
+    }
+
+    /// The line of a reverberation time; none for other parameters.
+    fn line(&self, parameter: Parameter) -> Option<Result<DecayLine, Unsupported>> {
+        let range = match parameter {
+            Parameter::EarlyDecayTime => DecayRange::EARLY,
+            Parameter::T20 => DecayRange::T20,
+            Parameter::T30 => DecayRange::T30,
+            _ => return None,
         };
-        let level = |read: &dyn Fn(LevelScale) -> f64| {
-            let scale = scale.ok_or(Unsupported::NotCalibrated)?;
-            if total > 0.0 { Ok(read(scale)) } else { Err(nothing()) }
-        };
-        let lines = [DecayRange::EARLY, DecayRange::T20, DecayRange::T30]
-            .map(|range| regression::fit(curve.as_ref().map_err(Clone::clone)?, range));
-        let [early, t20, t30] = lines.each_ref().map(|line| line.clone().map(|line| line.time));
-        let on_curve = |read: &dyn Fn(&DecayCurve) -> Result<f64, Unsupported>| {
-            read(curve.as_ref().map_err(Clone::clone)?)
-        };
-        let values = [
-            level(&|scale| level_db(total, scale.source_power_level_db, scale.characteristic_impedance)),
-            level(&|_| strength_db(total)),
-            early,
-            t20,
-            t30,
-            on_curve(&|curve| clarity(curve, 0.050)),
-            on_curve(&|curve| clarity(curve, 0.080)),
-            on_curve(&|curve| Ok(1.0 - late(curve, 0.050)? / curve.total())),
-            on_curve(&center_time),
-        ];
-        Self { values, lines: lines.map(Result::ok), curve }
+        Some(self.curve().and_then(|curve| regression::fit(curve, range)))
     }
 
     /// The decay curve.
@@ -269,15 +291,14 @@ impl Values {
     /// Reading of a reverberation time; none for other parameters.
     #[must_use]
     pub fn quality(&self, parameter: Parameter) -> Option<DecayQuality> {
-        let times = [Parameter::EarlyDecayTime, Parameter::T20, Parameter::T30];
-        let index = times.iter().position(|time| *time == parameter)?;
-        let [_, t20, t30] = self.lines;
-        let DecayLine { range, non_linearity_permille, .. } = self.lines[index]?;
-        let curvature = t20.zip(t30).map(|(t20, t30)| 100.0 * (t30.time / t20.time - 1.0));
+        let DecayLine { range, non_linearity_permille, .. } = self.line(parameter)?.ok()?;
+        let later = |parameter| self.line(parameter)?.ok();
+        let ratio = || Some(later(Parameter::T30)?.time / later(Parameter::T20)?.time);
+        let is_early = parameter == Parameter::EarlyDecayTime;
         Some(DecayQuality {
             range_db: [range.from_db, range.to_db],
             non_linearity_permille,
-            curvature_percent: curvature.filter(|_| index > 0),
+            curvature_percent: if is_early { None } else { ratio().map(|ratio| 100.0 * (ratio - 1.0)) },
         })
     }
 }

@@ -206,23 +206,33 @@ pub fn parameters(response: &Response) -> Vec<ReceiverParameters> {
 /// All parameters of `response`, with the speech transmission index of `talk`: levels, noise and hearing decide it beside the room.
 #[must_use]
 pub fn parameters_of(response: &Response, talk: Option<&Talk>) -> Vec<ReceiverParameters> {
-    read_all(response, talk, &Parameter::ALL)
+    parameters_at(response, talk, &Parameter::ALL, &pairs(response))
 }
 
 /// The `wanted` parameters of all bands of `response` and nothing else: neither speech transmission nor echoes nor windows.
 #[must_use]
 pub fn some_parameters(response: &Response, wanted: &[Parameter]) -> Vec<ReceiverParameters> {
-    read_all(response, None, wanted)
+    parameters_at(response, None, wanted, &pairs(response))
 }
 
-fn read_all(response: &Response, talk: Option<&Talk>, wanted: &[Parameter]) -> Vec<ReceiverParameters> {
-    let pairs: Vec<(usize, usize)> =
-        (0..response.sources()).flat_map(|s| (0..response.receivers()).map(move |r| (s, r))).collect();
+fn pairs(response: &Response) -> Vec<(usize, usize)> {
+    (0..response.sources()).flat_map(|s| (0..response.receivers()).map(move |r| (s, r))).collect()
+}
+
+/// The same of some `pairs` of source and receiver alone, in their order.
+#[must_use]
+pub fn parameters_at(
+    response: &Response,
+    talk: Option<&Talk>,
+    wanted: &[Parameter],
+    pairs: &[(usize, usize)],
+) -> Vec<ReceiverParameters> {
     let lateral = response.lateral(0).zip(response.lateral(1));
     let lateral = lateral.map(|(squares, cosines)| [squares, cosines]);
     let listed = listed::Index::new(response);
-    let read = |(s, r)| at_receiver(response, lateral.as_ref(), &listed, (talk, wanted), s, r);
-    pairs.into_par_iter().map(read).collect()
+    let read =
+        |(s, r): &(usize, usize)| at_receiver(response, lateral.as_ref(), &listed, (talk, wanted), *s, *r);
+    pairs.par_iter().map(read).collect()
 }
 
 /// One band, read from the fine bins and from the batches.
@@ -353,7 +363,7 @@ fn refusal(parameter: Parameter, reached_db: f64) -> Option<Unsupported> {
 fn in_noise(bands: &[&Reading], more: f64, noise_db: f64) -> [(Parameter, ParameterValue); 2] {
     let [ratio, signal] = Parameter::IN_NOISE;
     let of = |values: &[&Values], parameter: Parameter| -> Result<Vec<f64>, Unsupported> {
-        values.iter().map(|values| values.values[parameter as usize].clone()).collect()
+        values.iter().map(|values| values.value(parameter)).collect()
     };
     let useful = checked(bands, ratio, |values| {
         let (levels, shares) = (of(values, Parameter::Level)?, of(values, Parameter::DefinitionD50)?);
@@ -411,7 +421,7 @@ fn band_parameters(band: &Band, on_stage: bool, wanted: &[Parameter]) -> Vec<(Pa
     let mut parameters: Vec<(Parameter, ParameterValue)> = wanted
         .iter()
         .map(|&parameter| {
-            let read = |values: &[&Values]| values[0].values[parameter as usize].clone();
+            let read = |values: &[&Values]| values[0].value(parameter);
             (parameter, checked(&[&band.all], parameter, read))
         })
         .collect();
@@ -511,7 +521,7 @@ fn speech_index(
         Some((talk, more)) => {
             let mut levels = [0.0; 7];
             for ((level, values), more) in levels.iter_mut().zip(octaves()).zip(more) {
-                let of_bands = values.iter().map(|values| values.values[Parameter::Level as usize].clone());
+                let of_bands = values.iter().map(|values| values.value(Parameter::Level));
                 *level = octave::sum_db(&of_bands.collect::<Result<Vec<f64>, _>>()?) + more;
             }
             modulation::audible_shares(&levels, &talk.noise_level_db)

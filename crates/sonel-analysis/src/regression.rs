@@ -11,6 +11,8 @@ use crate::estimate::Unsupported;
 
 /// A line needs three borders within the range, or it sees a step and no decay.
 const FEWEST_BORDERS: usize = 3;
+/// ln 10 / 10.
+const NEPERS_PER_DB: f64 = core::f64::consts::LN_10 / 10.0;
 
 /// Part of the decay that a time is read from, relative to its start.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,74 +48,54 @@ pub struct DecayLine {
 /// # Errors
 /// When the record ends before the range does, or it lies between too few bin borders.
 pub fn fit(curve: &DecayCurve, range: DecayRange) -> Result<DecayLine, Unsupported> {
-    let points = clip(curve, range)?;
-    let middle = 0.5 * (points[0].0 + points[points.len() - 1].0);
-    let level_middle = 0.5 * (range.from_db + range.to_db);
-    let mut sums = Moments::default();
-    for pair in points.windows(2) {
-        let [start, end] = [pair[0], pair[1]].map(|(time, level)| (time - middle, level - level_middle));
-        sums.add(start, end);
+    let (times, remaining) = curve.points();
+    let total = curve.total();
+    let energy = |level_db: f64| total * libm::exp(NEPERS_PER_DB * level_db);
+    let level = |point: usize| libm::log(remaining[point] / total) / NEPERS_PER_DB;
+    // The first point in the range, and the first beyond it.
+    let [highest, lowest] = [range.from_db, range.to_db].map(energy);
+    let first = remaining.partition_point(|&energy| energy > highest);
+    let beyond = remaining.partition_point(|&energy| energy >= lowest);
+    let crossing = |point: usize, level_db: f64| {
+        let [before, after] = [level(point - 1), level(point)];
+        let part = if before > after { (before - level_db) / (before - after) } else { 1.0 };
+        times[point - 1] + part * (times[point] - times[point - 1])
+    };
+    let begin = if first == 0 { times[0] } else { crossing(first.min(times.len() - 1), range.from_db) };
+    let borders = |end: f64| {
+        let borders = curve.borders();
+        borders
+            .partition_point(|border| *border <= end)
+            .saturating_sub(borders.partition_point(|border| *border < begin))
+    };
+    let steep = |borders| Unsupported::TooSteep { from_db: range.from_db, to_db: range.to_db, borders };
+    match remaining.get(beyond) {
+        // The last energy falls within one bin, from above the range to nothing.
+        Some(energy) if *energy <= 0.0 => {
+            return Err(steep(borders(times[beyond - 1]).min(FEWEST_BORDERS - 1)));
+        }
+        Some(_) => {}
+        None => {
+            return Err(Unsupported::RangeNotReached {
+                reached_db: level(times.len() - 1),
+                needed_db: range.to_db,
+                needed_s: curve.duration_to_reach(range.to_db),
+            });
+        }
     }
-    Ok(sums.line(range))
-}
-
-/// The part of the curve inside the range, its ends included: (time [s], level [dB]).
-fn clip(curve: &DecayCurve, range: DecayRange) -> Result<Vec<(f64, f64)>, Unsupported> {
-    let mut points = Vec::new();
-    let mut before = (0.0, 0.0);
-    for (index, at) in curve.levels_db().enumerate() {
-        if at.1 <= range.from_db && points.is_empty() {
-            let crossing = if index == 0 { at } else { crossing(before, at, range.from_db) };
-            points.push(crossing);
-        }
-        if at.1 < range.to_db {
-            points.push(crossing(before, at, range.to_db));
-            let borders = borders_along(curve, &points);
-            return enough(points, borders, range);
-        }
-        if at.1 <= range.from_db && points.last() != Some(&at) {
-            points.push(at);
-        }
+    let end = crossing(beyond, range.to_db);
+    if borders(end) < FEWEST_BORDERS {
+        return Err(steep(borders(end)));
+    }
+    let (middle, level_middle) = (0.5 * (begin + end), 0.5 * (range.from_db + range.to_db));
+    let mut sums = Moments::default();
+    let mut before = (begin - middle, range.from_db - level_middle);
+    let inside = (first..beyond).map(|point| (times[point] - middle, level(point) - level_middle));
+    for at in inside.chain([(end - middle, range.to_db - level_middle)]) {
+        sums.add(before, at);
         before = at;
     }
-    if ends_in_silence(curve) {
-        let borders = borders_along(curve, &points).min(FEWEST_BORDERS - 1);
-        return enough(points, borders, range);
-    }
-    Err(Unsupported::RangeNotReached {
-        reached_db: before.1,
-        needed_db: range.to_db,
-        needed_s: curve.duration_to_reach(range.to_db),
-    })
-}
-
-/// Number of bin borders between the first and the last of `points`.
-fn borders_along(curve: &DecayCurve, points: &[(f64, f64)]) -> usize {
-    let [Some((from, _)), Some((to, _))] = [points.first(), points.last()] else { return 0 };
-    curve.borders().iter().filter(|border| (from..=to).contains(border)).count()
-}
-
-/// Whether the last energy falls within one bin, from above the range to nothing.
-fn ends_in_silence(curve: &DecayCurve) -> bool {
-    curve.levels_db().count() <= curve.pieces().count()
-}
-
-fn enough(
-    points: Vec<(f64, f64)>,
-    borders: usize,
-    range: DecayRange,
-) -> Result<Vec<(f64, f64)>, Unsupported> {
-    if borders >= FEWEST_BORDERS {
-        return Ok(points);
-    }
-    Err(Unsupported::TooSteep { from_db: range.from_db, to_db: range.to_db, borders })
-}
-
-/// Time at which the line from `before` to `after` passes `level`.
-fn crossing(before: (f64, f64), after: (f64, f64), level: f64) -> (f64, f64) {
-    let fall = before.1 - after.1;
-    let part = if fall > 0.0 { (before.1 - level) / fall } else { 1.0 };
-    (before.0 + part * (after.0 - before.0), level)
+    Ok(sums.line(range))
 }
 
 /// Integrals over time of a piecewise linear level.
@@ -130,6 +112,10 @@ struct Moments {
 impl Moments {
     fn add(&mut self, (t1, l1): (f64, f64), (t2, l2): (f64, f64)) {
         let width = t2 - t1;
+        // Most pieces are steps.
+        if width <= 0.0 {
+            return;
+        }
         self.span += width;
         self.time += width * 0.5 * (t1 + t2);
         self.level += width * 0.5 * (l1 + l2);

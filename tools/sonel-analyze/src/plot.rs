@@ -6,9 +6,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use sonel::analysis::ReceiverParameters;
 use sonel::analysis::modulation::Talk;
-use sonel::analysis::receiver::parameters_of;
+use sonel::analysis::receiver::parameters_at;
+use sonel::analysis::{Parameter, ReceiverParameters};
 use sonel::drawing::plot::{self, Panel, PlotError, Sheet};
 use sonel::echograms::Echograms;
 use sonel::names::{band, place};
@@ -170,8 +170,8 @@ impl Subject {
     }
 
     fn parameters(&self) -> (String, ReceiverParameters) {
-        let at = self.source * self.response.receivers() + self.receiver;
-        (self.name.clone(), parameters_of(&self.response, self.talk.as_ref()).swap_remove(at))
+        let (talk, pair) = (self.talk.as_ref(), [(self.source, self.receiver)]);
+        (self.name.clone(), parameters_at(&self.response, talk, &Parameter::ALL, &pair).swap_remove(0))
     }
 
     fn log_what_is_left_out(&self, arguments: &Plot, log: &mut dyn Write) -> std::io::Result<()> {

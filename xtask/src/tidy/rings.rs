@@ -27,7 +27,7 @@ const RINGS: [Ring; 6] = [
             "crates/sonel-echogram/",
         ],
     ),
-    ("results", 7_500, &["crates/sonel-analysis/", "crates/sonel-design/", "crates/sonel-drawing/"]),
+    ("results", 7_600, &["crates/sonel-analysis/", "crates/sonel-design/", "crates/sonel-drawing/"]),
     ("sound", 2_100, &["crates/sonel-sound/"]),
     ("face", 7_000, &["crates/sonel/"]),
     ("programs", 7_100, &["tools/"]),

@@ -35,6 +35,10 @@ fn read(decay: ExponentialDecay, direct_time: f64, edges: &[f64]) -> Values {
     Values::read(Echogram { edges, energy: &energy, direct_time, arrivals: &[] }, SCALE)
 }
 
+fn all(values: &Values) -> [Result<f64, Unsupported>; PARAMETER_COUNT] {
+    Parameter::ALL.map(|parameter| values.value(parameter))
+}
+
 /// Everything but level and strength, in the order of `Parameter::ALL`.
 fn closed_forms(decay: ExponentialDecay) -> [f64; 7] {
     let time = decay.reverberation_time;
@@ -53,7 +57,7 @@ fn transfer_index(decay: ExponentialDecay) -> f64 {
 
 fn worst_error(values: &Values, decay: ExponentialDecay) -> f64 {
     let mut worst = 0.0_f64;
-    for (value, expected) in values.values[2..].iter().zip(closed_forms(decay)) {
+    for (value, expected) in all(values)[2..].iter().zip(closed_forms(decay)) {
         worst = worst.max((value.clone().unwrap() - expected).abs() / expected.abs().max(1e-3));
     }
     let curve = values.curve.as_ref().unwrap();
@@ -104,8 +108,10 @@ fn bins_too_wide_for_a_limit_are_refused() {
         let edges = equal_edges(width, 2.0);
         let mut energy = bins(decay, 0.02, &edges);
         energy[(0.02 / width).floor() as usize] += 0.5;
-        Values::read(Echogram { edges: &edges, energy: &energy, direct_time: 0.02, arrivals: &[] }, SCALE)
-            .values
+        all(&Values::read(
+            Echogram { edges: &edges, energy: &energy, direct_time: 0.02, arrivals: &[] },
+            SCALE,
+        ))
     };
     let [c50, c80] = [0.05, 0.08].map(|limit: f64| {
         let late = 0.5 * (-decay.rate() * limit).exp();
@@ -165,8 +171,8 @@ fn level_and_strength_are_those_of_the_recorded_energy() {
     let energy = [0.25, 0.75].map(|share| share / (400.0 * std::f64::consts::PI));
     let echogram = Echogram { edges: &[0.0, 0.001, 0.002], energy: &energy, direct_time: 0.0, arrivals: &[] };
     let values = Values::read(echogram, SCALE);
-    assert!((values.values[0].clone().unwrap() - 59.007_901).abs() < 1e-6);
-    assert!(values.values[1].clone().unwrap().abs() < 1e-12);
+    assert!((values.value(Parameter::Level).unwrap() - 59.007_901).abs() < 1e-6);
+    assert!(values.value(Parameter::Strength).unwrap().abs() < 1e-12);
 }
 
 /// Two slopes against the analytic curve: clarity and centre time exact, times by regression over fine samples.
@@ -182,7 +188,7 @@ fn two_slopes_are_those_of_the_analytic_curve() {
         .collect();
     let values = Values::read(Echogram { edges: &edges, energy: &energy, direct_time, arrivals: &[] }, SCALE);
     let remaining = |t: f64| 0.9 * (-fast.rate() * t).exp() + 0.1 * (-slow.rate() * t).exp();
-    let value = |parameter: Parameter| values.values[parameter as usize].clone().unwrap();
+    let value = |parameter: Parameter| values.value(parameter).unwrap();
     for (parameter, limit) in [(Parameter::ClarityC50, 0.05), (Parameter::ClarityC80, 0.08)] {
         let expected = 10.0 * (1.0 / remaining(limit) - 1.0).log10();
         assert!((value(parameter) - expected).abs() < 1e-9);
@@ -227,7 +233,7 @@ fn sampled_regression(remaining: &dyn Fn(f64) -> f64, range: DecayRange) -> f64 
 fn the_tail_beyond_the_record_is_compensated() {
     let decay = ExponentialDecay { reverberation_time: 1.0, energy: 1.0 };
     let edges = equal_edges(0.001, 38.0 / 60.0);
-    let t30 = read(decay, 0.0, &edges).values[Parameter::T30 as usize].clone().unwrap();
+    let t30 = read(decay, 0.0, &edges).value(Parameter::T30).unwrap();
     assert!((t30 - 1.0).abs() < 1e-6);
     let plain = sonel_testkit::decay::reverberation_time(&bins(decay, 0.0, &edges), 0.001, -5.0, -35.0);
     assert!((plain - 1.0).abs() > 0.02, "{plain}");
@@ -236,7 +242,7 @@ fn the_tail_beyond_the_record_is_compensated() {
 #[test]
 fn what_the_record_does_not_reach_has_a_reason() {
     let decay = ExponentialDecay { reverberation_time: 1.0, energy: 1.0 };
-    let values = |depth_db: f64| read(decay, 0.0, &equal_edges(0.001, depth_db / 60.0)).values;
+    let values = |depth_db: f64| all(&read(decay, 0.0, &equal_edges(0.001, depth_db / 60.0)));
     let reason = |values: &[Result<f64, Unsupported>], parameter: Parameter| {
         values[parameter as usize].clone().unwrap_err().to_string()
     };
@@ -255,9 +261,8 @@ fn what_the_record_does_not_reach_has_a_reason() {
 fn an_echogram_without_decay_has_reasons_and_no_numbers() {
     let edges = equal_edges(0.01, 1.0);
     let reasons = |energy: &[f64], direct_time: f64| -> Vec<Unsupported> {
-        let values =
-            Values::read(Echogram { edges: &edges, energy, direct_time, arrivals: &[] }, SCALE).values;
-        values.into_iter().filter_map(Result::err).collect()
+        let values = Values::read(Echogram { edges: &edges, energy, direct_time, arrivals: &[] }, SCALE);
+        all(&values).into_iter().filter_map(Result::err).collect()
     };
     let mut energy = [0.0; 100];
     assert_eq!(reasons(&energy, 0.1), vec![Unsupported::NoEnergy; PARAMETER_COUNT]);
@@ -292,7 +297,7 @@ fn listed_arrivals_are_divided_at_their_own_times() {
         energy[(arrival.time / 0.001).floor() as usize] += arrival.energy;
     }
     let read = |arrivals: &[Arrival]| {
-        Values::read(Echogram { edges: &edges, energy: &energy, direct_time, arrivals }, SCALE).values
+        all(&Values::read(Echogram { edges: &edges, energy: &energy, direct_time, arrivals }, SCALE))
     };
     let remaining = |t: f64| {
         let listed = reflections.iter().filter(|(time, _)| *time >= t).map(|(_, energy)| energy);

@@ -4,9 +4,9 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::bail;
-use sonel::analysis::receiver::parameters_of;
+use sonel::analysis::receiver::parameters_at;
 use sonel::analysis::single::Single;
-use sonel::analysis::{ParameterValue, ReceiverParameters};
+use sonel::analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel::drawing::plot::{Axis, Place, Plan, Plans};
 use sonel::scenes::CompiledScene;
 use sonel_console::quantity::counted;
@@ -42,12 +42,14 @@ fn plan(
 ) -> anyhow::Result<Plan> {
     let response = &subject.response;
     let receivers = response.receivers();
-    let figures = parameters_of(response, subject.talk.as_ref()).split_off(subject.source * receivers);
-    let values: Vec<ParameterValue> = figures
-        .iter()
-        .take(receivers)
-        .map(|receiver| value(subject, receiver, arguments))
-        .collect::<Result<_, _>>()?;
+    let wanted = match arguments.parameter {
+        Single::Of(parameter) if Parameter::ALL.contains(&parameter) => vec![parameter],
+        _ => Parameter::ALL.to_vec(),
+    };
+    let pairs: Vec<(usize, usize)> = (0..receivers).map(|r| (subject.source, r)).collect();
+    let figures = parameters_at(response, subject.talk.as_ref(), &wanted, &pairs);
+    let values: Vec<ParameterValue> =
+        figures.iter().map(|receiver| value(subject, receiver, arguments)).collect::<Result<_, _>>()?;
     log_what_is_missing(subject, &values, log)?;
     let factor = arguments.parameter.heading().2;
     let place = |(position, value): (&[f64; 3], &ParameterValue)| Place {
