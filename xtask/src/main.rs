@@ -52,7 +52,7 @@ enum Chore {
     },
     /// Make a release in target/dist: static programs, wheel, sources, checksums
     Dist,
-    /// Fuzz readers of files with a nightly compiler and cargo-fuzz
+    /// Fuzz readers of files with cargo-fuzz
     Fuzz {
         /// Seconds for each reader
         #[arg(long, default_value_t = fuzz::SECONDS)]
