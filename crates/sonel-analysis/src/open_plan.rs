@@ -296,4 +296,30 @@ mod tests {
         let of_what = "the speech transmission index";
         assert_eq!(line.distraction_distance, Err(Unsupported::NotFalling { of_what, value: 0.5 }));
     }
+
+    /// Classes are those that lie within both intervals.
+    #[test]
+    fn levels_of_propagation_are_those_of_the_intervals() {
+        let value =
+            |value: f64, half: f64| Ok(crate::Estimate::bare(value, Ok([value - half, value + half])));
+        let line = |rate: f64, at_4_m: f64, half: f64| Line {
+            places: Vec::new(),
+            decay_rate_db: value(rate, half),
+            level_at_4_m_db: value(at_4_m, half),
+            comfort_distance: value(5.0, half),
+            distraction_distance: value(5.0, half),
+            privacy_distance: value(5.0, half),
+        };
+        for (rate, at_4_m, half, levels) in [
+            (8.2, 46.5, 0.1, "1"),
+            (8.2, 46.5, 0.6, "1 or 2"),
+            (8.2, 48.0, 0.1, "2"),
+            (4.5, 46.5, 0.1, "3"),
+            (4.1, 46.5, 0.2, "3 or none"),
+            (2.8, 52.5, 0.2, "none"),
+        ] {
+            let found = line(rate, at_4_m, half).propagation().unwrap();
+            assert!(found.ends_with(&format!(": {levels}")), "{found}");
+        }
+    }
 }
