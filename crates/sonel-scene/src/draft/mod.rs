@@ -173,7 +173,7 @@ fn duration(scene: &Scene, geometry: &Geometry) -> String {
     let longest = scene.largest_sabine_time(geometry).filter(|_| geometry.is_closed_room());
     longest.map_or_else(String::new, |time| {
         format!(
-            "# duration_s = {:.2}    # length of the echograms [s]; without it, until the decay at the receivers has fallen by 50 dB. Longest Sabine time of these materials: {time:.2} s\n",
+            "# duration_s = {:.2}    # length of the echograms [s]; without it, 1.2 times the decay by 60 dB at the receivers. Longest Sabine time of these materials: {time:.2} s\n",
             default_duration(time)
         )
     })
