@@ -12,6 +12,7 @@ pub mod material_uncertainty;
 pub mod meshes;
 pub mod octaves;
 pub mod row_of_rooms;
+pub mod solid_buildings;
 pub mod specular_paths;
 pub mod two_airs;
 pub mod two_rooms;

@@ -17,6 +17,8 @@ mod partitions;
 mod planning;
 #[path = "../pipeline/readers.rs"]
 mod readers;
+#[path = "../physics/solid_buildings.rs"]
+mod solid_buildings;
 #[path = "../physics/sound.rs"]
 mod sound;
 #[path = "../stability/cases/mod.rs"]

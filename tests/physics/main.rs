@@ -29,6 +29,7 @@ mod rows;
 mod screens;
 mod shipped_rooms;
 mod short_runs;
+mod solid_buildings;
 mod sound;
 mod thick_partitions;
 mod twofold;

@@ -225,17 +225,11 @@ impl Cells {
             .collect();
         outer.sort_by(|a, b| size(b).total_cmp(&size(a)).then(a.cmp(b)));
         outer.truncate(LOOKING_FACES);
-        let is_opposite =
-            |side: &&u32| self.opposite(mesh, **side, |face| self.sides(face) != [OUTSIDE; 2]).is_some();
+        let faces = 0..mesh.triangles.len() as u32;
+        let faces = faces.filter(|&face| self.sides(face) != [OUTSIDE; 2]);
+        let is_opposite = |side: &&u32| opposite(mesh, **side, faces.clone()).is_some();
         let opposite: f64 = outer.iter().filter(is_opposite).map(size).sum();
         opposite >= LEAST_OPPOSITE_SHARE * outer.iter().map(size).sum::<f64>()
-    }
-
-    /// Distance from the middle of a side along its normal to the first of some faces [m]; none where there is none.
-    fn opposite(&self, mesh: &Mesh, side: u32, is_asked: impl Fn(u32) -> bool) -> Option<f64> {
-        let (from, outward) = (center(mesh, side), mesh.outward(side));
-        let faces = (0..mesh.triangles.len() as u32).filter(|&face| face != side / 2 && is_asked(face));
-        faces.filter_map(|face| distance_along(mesh.corners(face), from, outward)).min_by(f64::total_cmp)
     }
 
     /// Decides again, where walls are drawn as solids. What solids have in common is none of their cavities.
@@ -407,10 +401,14 @@ impl Cells {
 
     /// The bounded cells that are `asked` for, the largest first.
     pub(crate) fn listed(&self, mesh: &Mesh, asked: impl Fn(&Cell) -> bool) -> Vec<CellPlace> {
+        let mut faces: HashMap<u32, Vec<u32>> = HashMap::default();
+        for (cell, side) in self.of_side.iter().zip(0..) {
+            faces.entry(*cell).or_default().push(side / 2);
+        }
         let place = |(number, cell): (u32, &Cell)| CellPlace {
             number,
             volume: cell.volume,
-            place: self.middle(mesh, number),
+            place: self.middle(mesh, number, &faces[&number]),
             bounds: cell.bounds,
         };
         let mut places: Vec<CellPlace> = self.inside().filter(|(_, cell)| asked(cell)).map(place).collect();
@@ -418,10 +416,10 @@ impl Cells {
         places
     }
 
-    /// A place in a bounded cell: half way from its largest face to the opposite one.
-    fn middle(&self, mesh: &Mesh, cell: u32) -> DVec3 {
+    /// A place in a bounded cell with some `faces`: half way from its largest one to the opposite one.
+    fn middle(&self, mesh: &Mesh, cell: u32, faces: &[u32]) -> DVec3 {
         let side = largest(mesh, &self.cells[cell as usize].hull);
-        let opposite = self.opposite(mesh, side, |face| self.sides(face).contains(&cell));
+        let opposite = opposite(mesh, side, faces.iter().copied());
         center(mesh, side) + 0.5 * opposite.unwrap_or(0.0) * mesh.outward(side)
     }
 
@@ -491,6 +489,13 @@ fn largest(mesh: &Mesh, sides: &[u32]) -> u32 {
     let area = |side: &&u32| mesh.vector_area(**side / 2).length_squared();
     let largest = sides.iter().max_by(|a, b| area(a).total_cmp(&area(b)).then(b.cmp(a)));
     *largest.expect("a boundary has sides")
+}
+
+/// Distance from the middle of a side along its normal to the first of some faces [m]; none where there is none.
+fn opposite(mesh: &Mesh, side: u32, faces: impl Iterator<Item = u32>) -> Option<f64> {
+    let (from, outward) = (center(mesh, side), mesh.outward(side));
+    let others = faces.filter(|&face| face != side / 2);
+    others.filter_map(|face| distance_along(mesh.corners(face), from, outward)).min_by(f64::total_cmp)
 }
 
 fn center(mesh: &Mesh, side: u32) -> DVec3 {

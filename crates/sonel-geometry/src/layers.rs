@@ -109,8 +109,9 @@ pub(crate) fn unite(
         faces.iter().filter(|face| !kept.contains(face)).for_each(|&face| is_out[face as usize] = true);
         kept.iter().for_each(|&face| is_doubled[face as usize] = is_doubled[faces[0] as usize]);
         let drawn_again = faces.len().saturating_sub(kept.len() + cells.solids(faces[0]));
+        let is_seen = cells.is_air(faces[0]) != [false; 2];
         let left_out = faces.iter().rev().find(|face| !kept.contains(face));
-        if let Some(&left_out) = left_out.filter(|_| drawn_again > 0) {
+        if let Some(&left_out) = left_out.filter(|_| drawn_again > 0 && is_seen) {
             let materials = [faces[0], left_out].map(|face| mesh.triangles[face as usize].material);
             let area = drawn_again as f64 * mesh.vector_area(faces[0]).length();
             let center = mesh.corners(left_out).iter().sum::<DVec3>() / 3.0;

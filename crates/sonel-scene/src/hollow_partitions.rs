@@ -9,8 +9,10 @@
 //!
 //! References: docs/physics.md §3, docs/formats/scene.md.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
-use sonel_geometry::{CellPlace, FaceKind, Geometry, Side, SurfaceId, THICKEST_PARTITION};
+use sonel_geometry::{FaceKind, Geometry, Side, SurfaceId, THICKEST_PARTITION};
 
 use crate::notation::{number, place};
 use crate::report::{NoteKind, Report};
@@ -34,9 +36,11 @@ pub(crate) fn close_off(
 ) -> Geometry {
     let passes = |surface: SurfaceId| kind(geometry.surface(surface).material) == FaceKind::Partition;
     let cells = geometry.air_cells();
+    let mut sides = sides_to_air(&geometry);
     let mut airs = Vec::new();
     for &cell in &cells {
-        let thickness = thickness(&geometry, &cell, &passes);
+        let sides = sides.remove(&cell.number).unwrap_or_default();
+        let thickness = thickness(&geometry, cell.volume, &sides, &passes);
         let has_source = || sources.iter().any(|&source| geometry.cell_at(source) == cell.number);
         let Some(thickness) = thickness.filter(|_| !has_source()) else {
             airs.push(cell.place);
@@ -60,27 +64,34 @@ pub(crate) fn close_off(
     Geometry::with_kinds(walls.mesh.clone(), kind, air_at).expect("the mesh has triangles")
 }
 
-/// The sides of triangles that a cell shows to other air.
-fn sides_to_air(geometry: &Geometry, cell: u32) -> Vec<(SurfaceId, u32, Side)> {
-    let mut shown = Vec::new();
+/// A side of a triangle with its surface.
+type ShownSide = (SurfaceId, u32, Side);
+
+/// The sides of triangles that each cell shows to other air.
+fn sides_to_air(geometry: &Geometry) -> BTreeMap<u32, Vec<ShownSide>> {
+    let mut shown: BTreeMap<u32, Vec<ShownSide>> = BTreeMap::new();
     for surface in (0..geometry.surfaces().len() as u32).map(SurfaceId) {
         let beside: Vec<u32> = geometry.cells_beside(surface).collect();
         for (cells, &triangle) in beside.chunks(2).zip(&geometry.surface(surface).triangles) {
-            let is_shown =
-                |here: u32, beyond: u32| here == cell && beyond != cell && geometry.is_air_cell(beyond);
-            let front = is_shown(cells[0], cells[1]).then_some(Side::Front);
-            let side = front.or_else(|| is_shown(cells[1], cells[0]).then_some(Side::Back));
-            shown.extend(side.map(|side| (surface, triangle, side)));
+            if cells[0] != cells[1] && cells.iter().all(|&cell| geometry.is_air_cell(cell)) {
+                for (cell, side) in cells.iter().zip([Side::Front, Side::Back]) {
+                    shown.entry(*cell).or_default().push((surface, triangle, side));
+                }
+            }
         }
     }
     shown
 }
 
-/// Depth of the partition that `cell` is the inside of [m].
-fn thickness(geometry: &Geometry, cell: &CellPlace, passes: &impl Fn(SurfaceId) -> bool) -> Option<f64> {
-    let sides = sides_to_air(geometry, cell.number);
-    let area = |&(_, triangle, _): &(SurfaceId, u32, Side)| geometry.mesh().vector_area(triangle).length();
-    let is_opposite = |&&(surface, triangle, side): &&(SurfaceId, u32, Side)| {
+/// Depth of the partition that a cell of a `volume` [m³] with such `sides` is the inside of [m].
+fn thickness(
+    geometry: &Geometry,
+    volume: f64,
+    sides: &[ShownSide],
+    passes: &impl Fn(SurfaceId) -> bool,
+) -> Option<f64> {
+    let area = |&(_, triangle, _): &ShownSide| geometry.mesh().vector_area(triangle).length();
+    let is_opposite = |&&(surface, triangle, side): &&ShownSide| {
         let inward = side.sign() * geometry.surface(surface).normal;
         let middle = geometry.mesh().corners(triangle).iter().sum::<DVec3>() / 3.0;
         let start = geometry.leave(geometry.to_local(middle), surface, side);
@@ -94,7 +105,7 @@ fn thickness(geometry: &Geometry, cell: &CellPlace, passes: &impl Fn(SurfaceId) 
     };
     let shown: f64 = sides.iter().map(area).sum();
     let opposite: f64 = sides.iter().filter(is_opposite).map(area).sum();
-    let thickness = cell.volume / (0.5 * shown);
+    let thickness = volume / (0.5 * shown);
     let is_partition = opposite > 0.0 && opposite >= LEAST_OPPOSITE * shown;
     (is_partition && thickness <= THICKEST_PARTITION).then_some(thickness)
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 use sonel_acoustics::{Bands, Directivity, Material};
-use sonel_geometry::{FaceKind, Geometry, Mesh, Redrawn};
+use sonel_geometry::{CellPlace, FaceKind, Geometry, Mesh, Redrawn};
 use toml::de::DeTable;
 
 use crate::bands::{self, BandChoice};
@@ -15,7 +15,7 @@ use crate::formats;
 use crate::hollow_partitions;
 use crate::inspection::inspect;
 use crate::library;
-use crate::notation::{count, number, place, shell_word};
+use crate::notation::{count, listed, number, place, shell_word};
 use crate::polygon_mesh::PolygonMesh;
 use crate::problem::LineProblem;
 use crate::report::{NoteKind, Remarks, Report};
@@ -349,6 +349,14 @@ fn compile(
     let geometry = walls.as_ref().zip(geometry).map(|(walls, geometry)| {
         hollow_partitions::close_off(walls, geometry, kind, &mut air_at, &source_points, &report)
     });
+    let is_outside = |place: &DVec3| geometry.as_ref().is_some_and(|geometry| geometry.cell_at(*place) == 0);
+    for (at, place) in air_at.iter().enumerate().filter(|(_, place)| is_outside(place)) {
+        report.warn(format!(
+            "air_at[{}]: {place} is in no closed part of the mesh, so the outside is air and the scene no closed room; close the gap to \
+             the outside in the drawing, or give a place in a closed room",
+            at + 1
+        ));
+    }
     inspect(geometry.as_ref(), &sources, &receivers, &report);
     let compile_media = |geometry| regions::compile(regions, &interfaces, &sources, geometry, &report);
     let media = geometry.as_ref().and_then(compile_media);
@@ -483,16 +491,24 @@ fn build(
             ),
         });
     }
-    if let Some(first) = geometry.masonry().first() {
-        let masonry = geometry.masonry();
+    let masonry = geometry.masonry();
+    if !masonry.is_empty() {
         let volume: f64 = masonry.iter().map(|part| part.volume).sum();
+        let about = |part: &CellPlace| format!("{} m³ about ({}) m", number(part.volume), place(part.place));
+        let of_what = match air_at {
+            [] => "walls are drawn as solids, air_at = [[x, y, z]] states where air is instead",
+            _ => "air is where air_at says",
+        };
         report.note(format!(
-            "{path}: walls are drawn as solids: {} m³ in {} count as masonry, the largest about ({}) m; air_at = [[x, y, z]] states where \
-             air is instead",
+            "{path}: {of_what}: {} m³ in {} count as masonry: {}",
             number(volume),
             count(masonry.len(), "part"),
-            place(first.place)
+            listed(masonry.iter().map(about))
         ));
+        if !geometry.crossings().is_empty() {
+            let united = format!("{path}: solids are united: {}", room::crossings(&geometry));
+            report.note_of(NoteKind::Repair, united);
+        }
     }
     let dropped = dropped + geometry.dropped_triangles();
     if dropped > 0 {

@@ -16,6 +16,15 @@ pub(crate) fn count(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
+/// The first three of some things.
+pub(crate) fn listed<S: AsRef<str>>(all: impl IntoIterator<Item = S, IntoIter: ExactSizeIterator>) -> String {
+    let mut all = all.into_iter();
+    let first: Vec<S> = all.by_ref().take(3).collect();
+    let first: Vec<&str> = first.iter().map(AsRef::as_ref).collect();
+    let more = if all.len() > 0 { format!("; and {} more", all.len()) } else { String::new() };
+    first.join("; ") + &more
+}
+
 /// Three coordinates [m], to a micrometre.
 pub(crate) fn place(point: DVec3) -> String {
     point.to_array().map(|x| number((x * 1e6).round() / 1e6)).join(", ")

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 use sonel_acoustics::mean_free_path;
-use sonel_geometry::{Crack, Geometry};
+use sonel_geometry::{Crack, Crossing, Geometry};
 
 use crate::Scene;
-use crate::notation::{count, number, place};
+use crate::notation::{count, listed, number, place};
 use crate::report::Report;
 use crate::sections::walls::UNITS;
 use crate::words::words;
@@ -114,9 +114,6 @@ fn other_units(geometry: &Geometry, unit: f64) -> String {
     if sizes.is_empty() { String::new() } else { format!(": {}", sizes.join(", ")) }
 }
 
-/// Most cracks that are named: a line of a message.
-const NAMED_CRACKS: usize = 3;
-
 /// Cracks of the mesh with places and widths, and what they mean, in a sentence.
 pub(crate) fn cracks(geometry: &Geometry) -> String {
     let cracks = geometry.cracks();
@@ -129,10 +126,6 @@ pub(crate) fn cracks(geometry: &Geometry) -> String {
         let [length, width] = [length, 1e3 * crack.width].map(number);
         format!("({from}) to ({to}) m, {length} m long, {width} mm wide, at triangle {triangle}")
     };
-    let mut list: Vec<String> = cracks.iter().take(NAMED_CRACKS).map(named).collect();
-    if cracks.len() > NAMED_CRACKS {
-        list.push(format!("{} more", cracks.len() - NAMED_CRACKS));
-    }
     let escape = match geometry.is_closed_room() {
         true if geometry.is_watertight() => "",
         true => "; sound that leaves through them counts as escaped",
@@ -144,8 +137,16 @@ pub(crate) fn cracks(geometry: &Geometry) -> String {
         count(cracks.len(), "crack"),
         number(area),
         number(100.0 * area / surface),
-        list.join("; ")
+        listed(cracks.iter().map(named))
     )
+}
+
+/// Triangles that cross, with places.
+pub(crate) fn crossings(geometry: &Geometry) -> String {
+    let line =
+        |Crossing { ends: [from, to] }: &Crossing| format!("from ({}) to ({}) m", place(*from), place(*to));
+    let all = geometry.crossings();
+    format!("{} of triangles cross: {}", count(all.len(), "pair"), listed(all.iter().map(line)))
 }
 
 /// The openings of the mesh, in a sentence.

@@ -46,14 +46,15 @@ impl Geometry {
         &self.masonry
     }
 
-    /// Area of each material that a cell is exposed to [m²].
-    pub fn covering(&self, cell: u32) -> BTreeMap<u32, f64> {
-        let mut areas = BTreeMap::new();
-        for face in 0..self.mesh.triangles.len() as u32 {
-            let sides = self.cells.sides(face).into_iter().filter(|&side| side == cell).count();
-            if sides > 0 && !self.surface(self.of_triangle[face as usize]).interface {
-                let material = self.mesh.triangles[face as usize].material;
-                *areas.entry(material).or_default() += sides as f64 * self.mesh.vector_area(face).length();
+    /// Area of each material that each cell is exposed to [m²], by cell and material.
+    pub fn coverings(&self) -> BTreeMap<u32, BTreeMap<u32, f64>> {
+        let mut areas: BTreeMap<u32, BTreeMap<u32, f64>> = BTreeMap::new();
+        for (triangle, face) in self.mesh.triangles.iter().zip(0..) {
+            if !self.surface(self.of_triangle[face as usize]).interface {
+                for cell in self.cells.sides(face) {
+                    *areas.entry(cell).or_default().entry(triangle.material).or_default() +=
+                        self.mesh.vector_area(face).length();
+                }
             }
         }
         areas

@@ -421,7 +421,7 @@ impl Air {
         let number = geometry.cell_at(place);
         let volume =
             geometry.air_cells().iter().find(|cell| cell.number == number).map_or(0.0, |cell| cell.volume);
-        let areas = geometry.covering(number);
+        let areas = geometry.coverings().remove(&number).unwrap_or_default();
         let is_off = |found: f64, right: f64| (found / right - 1.0).abs() > ROUNDING;
         let materials = areas.len() == self.areas.len()
             && areas

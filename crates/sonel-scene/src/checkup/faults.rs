@@ -4,13 +4,12 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 use sonel_acoustics::Material;
-use sonel_geometry::{CellPlace, Connected, Crossing, Geometry, Surface, SurfaceId};
+use sonel_geometry::{CellPlace, Connected, Geometry, Surface, SurfaceId};
 
 use crate::Scene;
-use crate::notation::{count, number, place};
+use crate::notation::{count, listed, number, place};
+use crate::room::crossings;
 
-/// Most faults of a kind that are named: a line of a message.
-const NAMED: usize = 5;
 /// Height below which a triangle may be a sliver [m]: that of the cracks that are closed by default.
 const SLIVER_HEIGHT: f64 = 1e-3;
 /// Share of its longest side below which it is one [1]. Chosen, not measured; doubled, strips of 1 mm on half a metre are named.
@@ -41,16 +40,11 @@ pub(super) fn of(geometry: &Geometry, scene: &Scene) -> Vec<String> {
             listed(&outside)
         ));
     }
-    let crossings: Vec<String> = geometry
-        .crossings()
-        .iter()
-        .map(|Crossing { ends: [from, to] }| format!("from ({}) to ({}) m", place(*from), place(*to)))
-        .collect();
-    if !crossings.is_empty() {
+    // Those of solids are no fault: they are united (see the notes).
+    if !geometry.crossings().is_empty() && geometry.masonry().is_empty() {
         faults.push(format!(
-            "{} of triangles cross: {}; they are divided there, which makes {} triangles in all; the volume may be wrong",
-            count(crossings.len(), "pair"),
-            listed(&crossings),
+            "{}; they are divided there, which makes {} triangles in all; the volume may be wrong",
+            crossings(geometry),
             geometry.mesh().triangles.len()
         ));
     }
@@ -65,12 +59,6 @@ pub(super) fn of(geometry: &Geometry, scene: &Scene) -> Vec<String> {
         faults.extend(sealed(geometry, scene));
     }
     faults
-}
-
-/// The first of some places.
-fn listed(all: &[String]) -> String {
-    let more = if all.len() > NAMED { format!("; and {} more", all.len() - NAMED) } else { String::new() };
-    all[..all.len().min(NAMED)].join("; ") + &more
 }
 
 /// Each group of open edges that hang together, the longest rim first.

@@ -215,13 +215,14 @@ fn airs(attempt: &Attempt, geometry: &Geometry) -> Vec<Air> {
         .chain(receivers.iter().map(|it| (&it.name, it.position)))
         .map(|(name, position)| (name, geometry.cell_at(position)))
         .collect();
+    let coverings = geometry.coverings();
     let air = |cell: u32, found: Option<CellPlace>| {
-        let mut areas: Vec<(u32, f64)> = geometry.covering(cell).into_iter().collect();
-        areas.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let mut areas: Vec<(&u32, &f64)> = coverings.get(&cell).into_iter().flatten().collect();
+        areas.sort_by(|a, b| b.1.total_cmp(a.1));
         Air {
             volume: found.map(|found| found.volume),
             place: found.map(|found| found.place),
-            materials: areas.iter().map(|(material, _)| names[*material as usize].clone()).collect(),
+            materials: areas.iter().map(|(material, _)| names[**material as usize].clone()).collect(),
             points: points.iter().filter(|(_, at)| *at == cell).map(|(name, _)| (*name).clone()).collect(),
         }
     };

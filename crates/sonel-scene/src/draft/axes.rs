@@ -17,13 +17,16 @@ const LONGEST: f64 = 200.0;
 const VOLUMES: [f64; 2] = [5.0, 250_000.0];
 /// Volume [m³] beyond which a room in metres may as well be one in decimetres: larger than nearly all halls.
 const LARGE: f64 = 60_000.0;
-/// Without names, y is up if the mesh is so much shorter along y than along both others. Chosen.
-const FLAT: f64 = 0.6;
-/// Share of the height within which corners are at an end of it [1], and how many times as many are at the lower end of a room whose furniture
-/// stands on its floor, beyond those of a box. Chosen, not measured.
+/// Widths of corridors [m] that are lower than any room.
+const NARROW: [f64; 2] = [1.0, 2.0];
+/// Share of the extent within which corners are at an end of it [1]; furniture stands on a floor, so that more are at the lower end.
 const AT_END: f64 = 0.01;
-const TIMES_AS_MANY: usize = 2;
-const OF_BOX: usize = 8;
+/// Corners, and share of all corners, by which the lower end has more than the upper one if it is a floor as surely as one extent is e times
+/// another one. Chosen, not measured.
+const SURE_CORNERS: f64 = 8.0;
+const SURE_SHARE: f64 = 0.125;
+/// Logarithm of odds from which on y is up [1]: of random bedrooms with y up 8 % are taken for z then, of those with z up 1 %.
+const LEAST_ODDS: f64 = 0.5;
 
 /// What was found.
 #[derive(Debug, Default)]
@@ -65,12 +68,12 @@ fn upward(polygons: &Polygons, options: &DraftOptions<'_>, axes: &mut Axes) -> D
     }
     let lying = Lying::of(polygons);
     let [along_y, along_z] = [DVec3::Y, DVec3::Z].map(|axis| lying.area_across(axis));
-    let Some(DVec3 { x, y, z }) = extents(polygons) else { return DVec3::Z };
     let (is_y, reason) = match lying.name {
         Some(name) if along_y.max(along_z) > 0.0 => (along_y > along_z, format!("as \"{name}\" lies")),
-        _ if y < FLAT * x.min(z) || is_stood_on(polygons, DVec3::Y) && !is_stood_on(polygons, DVec3::Z) => {
-            (true, "by its sizes (a guess: no material is called floor or ceiling)".to_owned())
-        }
+        _ if is_y_likely(polygons) => (
+            true,
+            "by its sizes and what stands in it (a guess: no material is called floor or ceiling)".to_owned(),
+        ),
         _ => (false, "nothing in the file says otherwise".to_owned()),
     };
     let (axis, name) = if is_y { (DVec3::Y, "y") } else { (DVec3::Z, "z") };
@@ -86,13 +89,24 @@ fn upward(polygons: &Polygons, options: &DraftOptions<'_>, axes: &mut Axes) -> D
     axis
 }
 
-/// Whether far more corners are at the lower end along an axis than at the upper one, as where furniture stands on a floor.
-fn is_stood_on(polygons: &Polygons, axis: DVec3) -> bool {
+/// Whether y is up rather than z, where no name tells: rooms are low, and what is in them stands on the floor.
+fn is_y_likely(polygons: &Polygons) -> bool {
+    let Some(DVec3 { y, z, .. }) = extents(polygons) else { return false };
+    let is_narrow = |extent: f64| (NARROW[0]..NARROW[1]).contains(&extent);
+    if is_narrow(y) != is_narrow(z) {
+        return is_narrow(z);
+    }
+    let flatness = libm::log(z.max(f64::MIN_POSITIVE)) - libm::log(y.max(f64::MIN_POSITIVE));
+    stood_on(polygons, DVec3::Y) - stood_on(polygons, DVec3::Z) + flatness > LEAST_ODDS
+}
+
+/// How surely the lower end along an axis is a floor, by the corners there less those at the upper end, as a logarithm of odds.
+fn stood_on(polygons: &Polygons, axis: DVec3) -> f64 {
     let heights = || polygons.vertices.iter().map(|vertex| vertex.dot(axis));
     let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
     let margin = AT_END * (high - low);
-    let at = |end: f64| heights().filter(|height| (height - end).abs() <= margin).count();
-    at(low) > TIMES_AS_MANY * at(high) + OF_BOX
+    let at = |end: f64| heights().filter(|height| (height - end).abs() <= margin).count() as f64;
+    (at(low) - at(high)) / SURE_CORNERS.max(SURE_SHARE * polygons.vertices.len() as f64)
 }
 
 /// Faces of materials that lie: floors and ceilings.

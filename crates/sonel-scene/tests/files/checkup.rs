@@ -463,6 +463,32 @@ fn a_draft_recognises_y_up_and_a_room_upside_down() {
     assert!(nameless.notes.iter().any(|note| note.contains("a guess")), "{:?}", nameless.notes);
 }
 
+/// Bedrooms, a classroom and a corridor without names: furniture stands on the floor.
+#[test]
+fn a_draft_recognises_what_is_up_by_furniture() {
+    let desk = |x: f64, y: f64| box_between([x, y, 0.0], [x + 1.2, y + 0.6, 0.75]);
+    let bedroom = |size: [f64; 3]| {
+        let bed = box_between([0.0, 0.0, 0.0], [2.0, 0.9, 0.5]);
+        let wardrobe = box_between([size[0] - 0.6, 0.5, 0.0], [size[0], 2.0, 2.1]);
+        let shelf = box_between([1.0, 0.0, 1.4], [1.8, 0.25, 1.6]);
+        [box_between([0.0; 3], size), bed, wardrobe, shelf].concat()
+    };
+    let class = (0..12).flat_map(|at| desk(1.0 + 2.0 * f64::from(at % 3), 1.0 + 1.2 * f64::from(at / 3)));
+    let rooms = [
+        bedroom([4.0, 3.2, 2.5]),
+        bedroom([3.4, 4.4, 2.4]),
+        [box_between([0.0; 3], [9.0, 7.0, 3.0]), class.collect()].concat(),
+        box_between([0.0; 3], [12.0, 1.5, 2.5]),
+    ];
+    for (room, is_y) in rooms.iter().flat_map(|room| [(room, false), (room, true)]) {
+        let turn = |[x, y, z]: [f64; 3]| if is_y { [x, z, -y] } else { [x, y, z] };
+        let triangles: Vec<Triangle> = room.iter().map(|(corners, _)| (corners.map(turn), "paint")).collect();
+        let found =
+            draft("a.obj", "a", &DraftOptions::default(), &mut |_| Ok(meshes::obj(&triangles))).unwrap();
+        assert_eq!(found.text.contains("mesh_up = \"y\"\n"), is_y, "{:?}", found.notes);
+    }
+}
+
 #[test]
 fn a_drafted_shoebox_is_a_scene_with_a_target_and_materials_to_choose_from() {
     for purpose in Purpose::ALL.map(Some).into_iter().chain([None]) {
