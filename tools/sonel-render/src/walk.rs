@@ -74,7 +74,7 @@ impl<'a> Walk<'a> {
 
     /// Completes the files of all sources.
     pub(crate) fn complete(&self, response: &Response, seed: Option<u64>) -> anyhow::Result<Vec<Complete>> {
-        let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz };
+        let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz, ..SoundOptions::default() };
         let mut complete = Vec::new();
         for (end, channels) in self.heard.channels() {
             for (s, source) in self.sources.iter().enumerate() {
