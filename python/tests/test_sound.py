@@ -426,9 +426,10 @@ def test_another_sample_rate_has_the_same_spectrum(response):
     np.testing.assert_allclose(spectra[16_000], spectra[RATE], rtol=0.02)
 
 
-@pytest.mark.parametrize("kind", ["single", "binaural", "ambix", "array"])
+@pytest.mark.parametrize("kind", ["single", "binaural", "ambix", "aimed", "array"])
 def test_sofar_verifies_what_is_written_and_reads_the_same_samples(response, head, tmp_path, kind):
-    options = {"single": {}, "binaural": {"hrtf": head}, "ambix": {"ambix": 1}, "array": {"array": ARRAY}}[kind]
+    aimed = {"ambix": 1, "aim": True}
+    options = {"single": {}, "binaural": {"hrtf": head}, "ambix": {"ambix": 1}, "aimed": aimed, "array": {"array": ARRAY}}[kind]
     path = tmp_path / "room.sofa"
     response.to_sofa(path, **options)
     sofa = sofar.read_sofa(str(path), verify=False, verbose=False)
@@ -438,11 +439,12 @@ def test_sofar_verifies_what_is_written_and_reads_the_same_samples(response, hea
     np.testing.assert_array_equal(sofa.Data_IR, samples[0].reshape(2, *samples.shape[2:]))
     np.testing.assert_array_equal(sofa.ListenerPosition, response.receiver_positions)
     np.testing.assert_array_equal(np.atleast_2d(sofa.SourcePosition)[0], response.source_positions[0])
-    # Listeners look towards the first source, horizontally; arrays have the axes of the scene.
+    # Heads and what is aimed look towards the first source, horizontally; all else has the axes of the scene.
     view = response.source_positions[0] - response.receiver_positions
     view[:, 2] = 0
-    if kind == "array":
+    if kind not in ("binaural", "aimed"):
         view[:] = [1, 0, 0]
+    if kind == "array":
         np.testing.assert_array_equal(np.reshape(sofa.ReceiverPosition, (2, 3)), [ARRAY["right"], ARRAY["left"]["position"]])
     np.testing.assert_allclose(sofa.ListenerView + 0 * view, view / np.linalg.norm(view, axis=1, keepdims=True), atol=1e-9)
     assert sofa.RoomVolume == pytest.approx(210.0)
