@@ -248,7 +248,7 @@ fn arrays_that_cannot_be_are_named() {
     ] {
         assert!(synthesized(microphone, &response).unwrap_err().contains(message));
     }
-    let mut beside = response.clone();
+    let mut beside = response;
     beside.provenance.nearest_surfaces =
         vec![NearestSurface { distance_m: 0.25, material: "screen".to_owned() }];
     assert!(synthesized(microphone(dvec3(0.0, 0.24, 0.0)), &beside).is_ok());
