@@ -238,6 +238,9 @@ impl Response {
     }
 }
 
+/// Order of ambisonics and whether they have the aim's axes, a SOFA file, an array.
+type Given = (Option<(u32, bool)>, Option<Vec<u8>>, Option<Vec<Receiver>>);
+
 #[pymethods]
 impl Response {
     /// The response in a file.
@@ -286,7 +289,7 @@ impl Response {
     fn impulse_responses(
         &self,
         py: Python<'_>,
-        channels: (Option<(u32, bool)>, Option<Vec<u8>>, Option<Vec<Receiver>>),
+        channels: Given,
         seed: Option<u64>,
         sample_rate_hz: u32,
         within: Option<f64>,
