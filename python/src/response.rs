@@ -17,8 +17,8 @@ use sonel::analysis::receiver::parameters_of;
 use sonel::analysis::speech::{noise_level_db, speech_power_level_db};
 use sonel::echograms::{Echograms, LATERAL_KEYS, ReceiverDirectivity};
 use sonel::{
-    AbsorptionUncertainty, Channels, Head, Microphone, Observer, Route, SPACINGS, SoundOptions, Waypoint,
-    microphone,
+    AbsorptionUncertainty, Axes, Channels, Head, Microphone, Observer, Route, SPACINGS, SoundOptions,
+    Waypoint, microphone,
 };
 
 use crate::convert::{Receiver, object, octaves, receiver, refused};
@@ -238,6 +238,9 @@ impl Response {
     }
 }
 
+/// Order of ambisonics and whether they have the aim's axes, a SOFA file, an array.
+type Given = (Option<(u32, bool)>, Option<Vec<u8>>, Option<Vec<Receiver>>);
+
 #[pymethods]
 impl Response {
     /// The response in a file.
@@ -281,23 +284,26 @@ impl Response {
         self.read_off(py, log, [noise, speech], None)
     }
 
-    /// Impulse responses, [S, R, channels, samples], of an order of ambisonics, a SOFA file or an array.
-    #[pyo3(signature = (channels=(None, None, None), seed=None, sample_rate_hz=48_000))]
+    /// Impulse responses, [S, R, channels, samples], of ambisonics with their order and whether they have the aim's axes, a SOFA file or an array.
+    #[pyo3(signature = (channels=(None, None, None), seed=None, sample_rate_hz=48_000, within=None))]
     fn impulse_responses(
         &self,
         py: Python<'_>,
-        channels: (Option<u32>, Option<Vec<u8>>, Option<Vec<Receiver>>),
+        channels: Given,
         seed: Option<u64>,
         sample_rate_hz: u32,
+        within: Option<f64>,
     ) -> PyResult<Array> {
-        let options = SoundOptions { seed, sample_rate_hz };
+        let options = SoundOptions { seed, sample_rate_hz, within };
         let (order, head, array) = channels;
         let array = array.map(microphones).transpose()?;
         let response = Arc::clone(&self.response);
         let all = silent_work(py, move |observer: &dyn Observer| {
             let head = head.map(|file| Head::read(&file, sample_rate_hz)).transpose()?;
             let channels = match (order, &head, &array) {
-                (Some(order), _, _) => Channels::Ambisonics(order),
+                (Some((order, aim)), _, _) => {
+                    Channels::Ambisonics(order, if aim { Axes::Aim } else { Axes::Scene })
+                }
                 (None, Some(head), _) => Channels::Ears(head),
                 (None, None, Some(microphones)) => Channels::Array(microphones),
                 (None, None, None) => Channels::Single,
@@ -318,7 +324,7 @@ impl Response {
         seed: Option<u64>,
         sample_rate_hz: u32,
     ) -> PyResult<Array> {
-        let options = SoundOptions { seed, sample_rate_hz };
+        let options = SoundOptions { seed, sample_rate_hz, within: None };
         let (path, spacing) = (path(route.0)?, route.1);
         let signal: Vec<f32> =
             signal.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes) as f32).collect();
@@ -327,7 +333,7 @@ impl Response {
         let response = Arc::clone(&self.response);
         let all = silent_work(py, move |observer: &dyn Observer| {
             let channels = match (order, &array) {
-                (Some(order), _) => Channels::Ambisonics(order),
+                (Some(order), _) => Channels::Ambisonics(order, Axes::Scene),
                 (None, Some(microphones)) => Channels::Array(microphones),
                 (None, None) => Channels::Single,
             };

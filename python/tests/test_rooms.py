@@ -6,6 +6,7 @@
 import io
 import json
 import os
+import pickle
 import re
 import subprocess
 import sys
@@ -163,6 +164,66 @@ def test_random_rooms_depend_on_their_seed_and_number_alone():
         rooms[3]
     with pytest.raises(sonel.Error, match="room 0: no place"):
         sonel.random_rooms(1, size=[[2, 2, 2], [2, 2, 2]], sources=5)[0]
+
+
+def test_rooms_for_arrays_keep_surfaces_off_them():
+    """A circle of 0.6 m about the receivers of 40 rooms: with the clearance no microphone is refused, without it some are inside furniture."""
+    angles = np.arange(8) * np.pi / 4
+    circle = 0.6 * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+
+    def refused(room):
+        response = sonel.trace(room, packets=50, duration=0.05).render(order=0, rays=16, effects="-diffraction")
+        try:
+            return len(response.impulse_responses(array=circle, sample_rate=8000)) == 0
+        except sonel.Error as problem:
+            assert "nearer" in str(problem)
+            return True
+
+    assert not any(map(refused, sonel.random_rooms(40, seed=7, clearance=0.6)))
+    assert any(map(refused, sonel.random_rooms(40, seed=7)))
+    for wrong in (0.1, 2.0, "wide"):
+        with pytest.raises(sonel.Error, match="clearance is"):
+            sonel.random_rooms(1, clearance=wrong)
+
+
+def test_times_of_random_rooms_are_drawn_for_every_band():
+    ranges = [[0.5, 0.6]] * 4 + [[0.3, 0.4]] * 4
+    for room in sonel.random_rooms(3, seed=2, t60=ranges):
+        times = [band["eyring_s"] for band in room.room["bands"]]
+        assert all(low - 0.01 < time < high + 0.01 for time, (low, high) in zip(times, ranges))
+        assert len({round(time, 4) for time in times}) > 2
+    for wrong in ((0.5, 0.2), (0, 1), [[0.2, 0.3, 0.4]]):
+        with pytest.raises(sonel.Error, match="t60 is"):
+            sonel.random_rooms(1, t60=wrong)
+
+
+def test_targets_and_labels_of_the_response_stand_beside_those_of_energies(tmp_path):
+    rooms = sonel.random_rooms(2, **ROOMS)
+    [path] = sonel.dataset(rooms, tmp_path / "npz", within=(0, 0.05), **QUICK)
+    rows = np.load(path)
+    assert rows["ir"].shape == rows["ir_within_0"].shape == rows["ir_within_50"].shape
+    sums = [np.sum(rows[name].astype(float) ** 2, axis=(1, 2)) for name in ("ir_within_0", "ir_within_50", "ir")]
+    assert np.all(sums[0] < sums[1]) and np.all(sums[1] < 1.05 * sums[2])
+    for row in range(2):
+        read = sonel.Response.of_impulse_response(rows["ir"][row, 0, : rows["samples"][row]], 16_000).parameters()[0, 0]
+        np.testing.assert_array_equal(rows["t30_ir_s"][row, :7], read["t30_s"])
+        assert np.isnan(rows["t30_ir_s"][row, 7]), "16 kHz hold no octave of 8 kHz"
+        assert np.isfinite(rows["t30_ir_s"][row]).any()
+    [path] = sonel.dataset(rooms, tmp_path / "tar", format="tar", within=[0.05], **QUICK)
+    with tarfile.open(path) as archive:
+        assert archive.getnames()[:3] == ["000000-0-0.ir.npy", "000000-0-0.ir_within_50.npy", "000000-0-0.json"]
+    with pytest.raises(sonel.Error, match="exclude each other"):
+        sonel.dataset(rooms, tmp_path / "both", microphones=ARRAY, ambix=1, **QUICK)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(sonel.Error, match="cannot be made one"):
+        sonel.dataset(rooms, tmp_path / "file" / "set", **QUICK)
+
+
+def test_a_pickled_map_renders_and_its_impulse_responses_may_be_written_to():
+    copy = pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(sonel.trace(shoebox(), packets=100)))))
+    samples = copy.render(rays=16).impulse_responses(sample_rate=8000)
+    samples *= 0.5
+    assert samples.flags.owndata and samples.flags.writeable
 
 
 def read(paths):

@@ -174,11 +174,17 @@ def test_ambisonics_are_those_of_spaudiopy(aside, monkeypatch):
     # It calls SciPy's function of before 1.17.
     before = lambda m, n, azimuth, polar: scipy.special.sph_harm_y(n, m, polar, azimuth)  # noqa: E731
     monkeypatch.setattr(scipy.special, "sph_harm", before, raising=False)
-    x, y, z = in_axes_of_the_head(aside, 1)
+    x, y, z = towards(aside, 1)
     orders = np.repeat(np.arange(8), 2 * np.arange(8) + 1)
     expected = spaudiopy.sph.sh_matrix(7, np.arctan2(y, x), np.arccos(z), "real")[0] * np.sqrt(4 * np.pi / (2 * orders + 1))
     pulse = aside.impulse_responses(ambix=7)[1, 0, :, direct_sample(aside, 0, 1)].astype(float)
     np.testing.assert_allclose(pulse / pulse[0], expected, atol=1e-3)
+
+
+def towards(response, source):
+    """Direction of a source at receiver 0 in the axes of the scene."""
+    way = response.source_positions[source] - response.receiver_positions[0]
+    return way / np.linalg.norm(way)
 
 
 def in_axes_of_the_head(response, source):
@@ -188,21 +194,105 @@ def in_axes_of_the_head(response, source):
     return np.array([front, np.cross(up, front), up]) @ direction / np.linalg.norm(direction)
 
 
+@pytest.mark.parametrize("aim", [False, True])
 @pytest.mark.parametrize("order", [1, 3, 7])
 @pytest.mark.parametrize("source", [0, 1])
-def test_ambisonics_of_the_direct_sound_point_to_the_source(aside, order, source):
+def test_ambisonics_of_the_direct_sound_point_to_the_source(aside, order, source, aim):
     at = direct_sample(aside, 0, source)
-    pulse = aside.impulse_responses(ambix=order)[source, 0, :, at].astype(float)
-    expected = in_axes_of_the_head(aside, source)
+    pulse = aside.impulse_responses(ambix=order, aim=aim)[source, 0, :, at].astype(float)
+    expected = (in_axes_of_the_head if aim else towards)(aside, source)
     w, y, z, x = pulse[:4]
     intensity = w * np.array([x, y, z])
     angle = np.degrees(np.arccos(np.clip(intensity @ expected / np.linalg.norm(intensity), -1, 1)))
     print(f"intensity off by {angle:.4f} degrees")
     assert angle < 0.05
     np.testing.assert_allclose(pulse / pulse[0], harmonics(order, expected), atol=5e-4)
-    # The source that is aside is on the left: a decoder that mixed up the sides would look elsewhere.
+    # Only a source that is looked at is on no side: a decoder that mixed up the sides would look elsewhere.
     mirrored = harmonics(order, expected * [1, -1, 1])
-    assert (source == 0) == np.allclose(pulse / pulse[0], mirrored, atol=5e-4)
+    assert (aim and source == 0) == np.allclose(pulse / pulse[0], mirrored, atol=5e-4)
+
+
+def azimuth(channels, at):
+    """Of the intensity of AmbiX channels at a sample [degrees]."""
+    w, y, _, x = channels[:4, at - 8 : at + 9].astype(float)
+    return np.degrees(np.arctan2(np.sum(w * y), np.sum(w * x)))
+
+
+def test_azimuths_of_four_sources_are_those_of_the_scene_in_all_outputs(tmp_path):
+    sources = {"back": [1.0, 4.0, 1.5], "left": [5.0, 6.0, 1.5], "right": [4.5, 0.5, 1.5], "far": [9.0, 1.0, 1.5]}
+    place = np.array([5.0, 3.5, 1.5])
+    scene = sonel.Scene.shoebox([10, 7, 3], 0.6, sources=sources, receivers=place, duration_s=0.1)
+    room = sonel.trace(scene, packets=100)
+    response = room.render(directions=True)
+    true = [np.degrees(np.arctan2(*(np.array(source) - place)[1::-1])) for source in sources.values()]
+    assert max(true) > 150 and min(true) < -90
+    [shard] = sonel.dataset([scene], tmp_path / "set", ambix=1, sample_rate=RATE, trace={"packets": 100}, render={})
+    response.to_sofa(tmp_path / "room.sofa", ambix=1)
+    sofa = sofar.read_sofa(str(tmp_path / "room.sofa"), verbose=False)
+    np.testing.assert_allclose(np.broadcast_to(sofa.ListenerView, (4, 3)), [[1, 0, 0]] * 4)
+    room.save(tmp_path / "room.sonelmap")
+    files = ["--wav", tmp_path / "wav", "--ambix", 1]
+    run("sonel-render", tmp_path / "room.sonelmap", "-o", tmp_path / "room.npz", "--quiet", *files)
+    walked = room.walk([[0.0, *place]], [1.0], ambix=1)
+    turned = response.impulse_responses(ambix=1, aim=True)
+    for number, (name, expected) in enumerate(zip(sources, true)):
+        at = direct_sample(response, 0, number)
+        _, samples = scipy.io.wavfile.read(tmp_path / f"wav/{number + 1}-{name}_1-receiver 1_ambix1.wav")
+        outputs = [response.impulse_responses(ambix=1)[number, 0], walked[number], np.load(shard)["ir"][number], sofa.Data_IR[number], samples.T]
+        for output in outputs:
+            assert azimuth(output, at) == pytest.approx(expected, abs=0.5), name
+        # Front is where the first source is.
+        assert azimuth(turned[number, 0], at) == pytest.approx((expected - true[0] + 180) % 360 - 180, abs=0.5)
+    with pytest.raises(sonel.Error, match="aim turns the axes of ambisonics"):
+        response.impulse_responses(aim=True)
+
+
+@pytest.mark.parametrize(("rate", "length"), [(44_100, 256), (96_000, 512)])
+def test_a_converted_head_is_silent_behind_its_response(response, tmp_path, rate, length):
+    """Pulses in the first ms of responses of 5.8 ms, in a room that returns nothing: no energy later than the response, hardly any before or
+    after its pulses."""
+    sofa = sofar.read_sofa(str(write_head(tmp_path / "head.sofa", rate, width=10e-6)), verbose=False)
+    sofa.Data_IR = np.pad(sofa.Data_IR, ((0, 0), (0, 0), (0, length - sofa.Data_IR.shape[-1])))
+    sofar.write_sofa(str(tmp_path / "head.sofa"), sofa)
+    scene = sonel.Scene.shoebox([20, 20, 20], 1.0, sources=[10, 14, 10], receivers=[10, 10, 10], duration_s=0.1)
+    free = sonel.trace(scene, packets=50).render(directions=True)
+    at = direct_sample(free, 0)
+    for ear in free.impulse_responses(hrtf=tmp_path / "head.sofa")[0, 0].astype(float) ** 2:
+        assert ear[at + round(0.003 * RATE) :].sum() < 1e-4 * ear.sum()
+        assert ear[: at + 20].sum() < 0.02 * ear.sum()
+
+
+def test_microphones_are_where_sound_is(tmp_path):
+    """A microphone behind a screen, in a box or outside is named with its place, the body and a free place; what is stored refuses it, too."""
+    scene = sonel.Scene.shoebox([6, 5, 3], {"walls": 0.2}, sources=[1, 1, 1.5], receivers={"seat": [3.0, 2.5, 1.2]}, duration_s=0.1)
+    scene = scene.add_box([3.4, 2.2, 0], [3.6, 2.8, 2.0], {"absorption": 0.5})
+    room = sonel.trace(scene, packets=100)
+    response = room.render(directions=True)
+    response.save(tmp_path / "room.npz")
+    loaded = sonel.Response.load(tmp_path / "room.npz")
+    for x in (0.5, 0.7):
+        for work in (
+            lambda array: response.impulse_responses(array=array),
+            lambda array: loaded.impulse_responses(array=array),
+            lambda array: room.walk([[0, 3.0, 2.5, 1.2]], [1.0], array=array),
+            lambda array: response.to_sofa(tmp_path / "room.sofa", array=array),
+            lambda array: sonel.dataset([scene], tmp_path / f"set {x}", microphones=array, trace={"packets": 100}, render={}, progress=False),
+        ):
+            with pytest.raises(sonel.Error, match=rf'"microphone 2" is at \[{3 + x}, 2.5, 1.2\] m.*"(seat|0.000 m)".*"object 1".*\[3.360, 2.500, 1.200\] m is free'):
+                work([[0.1, 0, 0], [x, 0, 0]])
+    assert response.impulse_responses(array=[[0.1, 0, 0], [0.36, 0, 0]]).shape[2] == 2
+
+
+def test_what_is_kept_within_a_time_ends_there(response):
+    everything = response.impulse_responses()[0, 0, 0].astype(float)
+    direct, early = (response.impulse_responses(within=time)[0, 0, 0].astype(float) for time in (0, 0.05))
+    at = direct_sample(response, 0)
+    end = at + round(0.05 * RATE)
+    # A pulse between samples has 32 on either side; filters of bands ring faintly beyond.
+    np.testing.assert_allclose(early[at : end - 64], everything[at : end - 64], atol=0.01 * everything.max())
+    assert np.sum(early[end + 64 :] ** 2) < 1e-4 * np.sum(everything[end + 64 :] ** 2)
+    assert np.sum(direct[at + 64 :] ** 2) < 1e-3 * np.sum(direct**2) < 0.5 * np.sum(early**2)
+    assert direct[at] == pytest.approx(everything[at], rel=0.02)
 
 
 def test_an_array_has_the_early_sound_of_receivers_in_its_places(room):
@@ -349,9 +439,10 @@ def test_another_sample_rate_has_the_same_spectrum(response):
     np.testing.assert_allclose(spectra[16_000], spectra[RATE], rtol=0.02)
 
 
-@pytest.mark.parametrize("kind", ["single", "binaural", "ambix", "array"])
+@pytest.mark.parametrize("kind", ["single", "binaural", "ambix", "aimed", "array"])
 def test_sofar_verifies_what_is_written_and_reads_the_same_samples(response, head, tmp_path, kind):
-    options = {"single": {}, "binaural": {"hrtf": head}, "ambix": {"ambix": 1}, "array": {"array": ARRAY}}[kind]
+    aimed = {"ambix": 1, "aim": True}
+    options = {"single": {}, "binaural": {"hrtf": head}, "ambix": {"ambix": 1}, "aimed": aimed, "array": {"array": ARRAY}}[kind]
     path = tmp_path / "room.sofa"
     response.to_sofa(path, **options)
     sofa = sofar.read_sofa(str(path), verify=False, verbose=False)
@@ -361,11 +452,12 @@ def test_sofar_verifies_what_is_written_and_reads_the_same_samples(response, hea
     np.testing.assert_array_equal(sofa.Data_IR, samples[0].reshape(2, *samples.shape[2:]))
     np.testing.assert_array_equal(sofa.ListenerPosition, response.receiver_positions)
     np.testing.assert_array_equal(np.atleast_2d(sofa.SourcePosition)[0], response.source_positions[0])
-    # Listeners look towards the first source, horizontally; arrays have the axes of the scene.
+    # Heads and what is aimed look towards the first source, horizontally; all else has the axes of the scene.
     view = response.source_positions[0] - response.receiver_positions
     view[:, 2] = 0
-    if kind == "array":
+    if kind not in ("binaural", "aimed"):
         view[:] = [1, 0, 0]
+    if kind == "array":
         np.testing.assert_array_equal(np.reshape(sofa.ReceiverPosition, (2, 3)), [ARRAY["right"], ARRAY["left"]["position"]])
     np.testing.assert_allclose(sofa.ListenerView + 0 * view, view / np.linalg.norm(view, axis=1, keepdims=True), atol=1e-9)
     assert sofa.RoomVolume == pytest.approx(210.0)

@@ -53,7 +53,7 @@ fn an_impulse_response_begins_with_the_direct_sound_and_is_the_same_with_any_num
     assert!((f64::from(received.channels[0][at]) * distance - off.sin() / off).abs() < 0.01);
     let again = folder.path("again").display().to_string();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
-    let ambix = ["--wav", &again, "--ambix", "3"];
+    let ambix = ["--wav", &again, "--ambix", "3", "--aim"];
     pool.install(|| render(&folder, "a.sonelmap", "b.npz", &ambix)).unwrap();
     assert_eq!(folder.bytes(FILE), folder.bytes("again/1-speaker_1-listener.wav"));
     // The listener looks at the source as far as that is to the front: nothing of it comes from the side.

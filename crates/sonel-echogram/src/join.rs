@@ -111,7 +111,8 @@ fn differences(reference: &str, a: &Response, name: &str, b: &Response) -> Vec<J
 /// What a part states that does not belong to its receivers.
 fn shared(part: &Response) -> serde_json::Map<String, Value> {
     let sources = part.provenance.sources.iter().map(SourceRendering::without_receivers).collect();
-    let stated = Provenance { shard: None, sources, ..part.provenance.clone() }.to_json();
+    let stated = Provenance { shard: None, sources, nearest_surfaces: Vec::new(), ..part.provenance.clone() }
+        .to_json();
     let mut facts = stated.as_object().cloned().unwrap_or_default();
     facts.insert("number of parts".to_owned(), json!(part.part().map_or(0, |[_, count]| count)));
     let arrays = json!({
@@ -150,6 +151,7 @@ pub fn side_by_side(mut parts: Vec<Response>) -> Response {
     for part in parts {
         whole.receiver_names.extend(part.receiver_names);
         whole.receiver_positions.extend(part.receiver_positions);
+        whole.provenance.nearest_surfaces.extend(part.provenance.nearest_surfaces);
         for (source, part) in whole.provenance.sources.iter_mut().zip(part.provenance.sources) {
             source.append(part);
         }

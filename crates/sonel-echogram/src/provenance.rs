@@ -59,6 +59,9 @@ pub struct Provenance {
     /// Height of the model [m].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub height_m: Option<f64>,
+    /// The surface nearest to each receiver: within that distance sound has no obstacle.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub nearest_surfaces: Vec<NearestSurface>,
     /// Variant of the materials.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub variant: Option<String>,
@@ -74,6 +77,16 @@ pub struct Provenance {
     /// Keys of which this version knows nothing.
     #[serde(flatten)]
     pub other: Map<String, Value>,
+}
+
+/// The surface nearest to a receiver.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct NearestSurface {
+    /// Its distance [m].
+    pub distance_m: f64,
+    /// Name of its material.
+    pub material: String,
 }
 
 /// Options of a rendering, as applied.

@@ -15,6 +15,16 @@ use glam::DVec3;
 /// Highest order.
 pub const MOST_ORDER: u32 = 7;
 
+/// Whose front, left and up the channels have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Axes {
+    /// Those of the scene: front is x, or y where x is up.
+    #[default]
+    Scene,
+    /// Those of the receiver: front is the horizontal part of its aim.
+    Aim,
+}
+
 /// Axes of the channels in those of the scene, unit vectors at right angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
@@ -28,6 +38,13 @@ impl Frame {
     #[must_use]
     pub fn new(left: DVec3, up: DVec3) -> Self {
         Self { front: left.cross(up), left, up }
+    }
+
+    /// [`Axes::Scene`], where `up` is up.
+    #[must_use]
+    pub fn of_scene(up: DVec3) -> Self {
+        let front = if up.x.abs() < 0.9 { DVec3::X } else { DVec3::Y };
+        Self::new(up.cross(front).normalize(), up)
     }
 
     /// A direction in these axes: front, left, up.

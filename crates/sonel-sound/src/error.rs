@@ -34,6 +34,11 @@ pub enum SoundError {
         "the response holds no directions, which ambisonics and binaural responses need: render with `directions`"
     )]
     NoDirections,
+    /// An array about receivers of which nothing is known.
+    #[error(
+        "the response does not state the surfaces nearest to its receivers, which an array needs: render it again from its map"
+    )]
+    NoSurfaces,
     /// An array without microphones.
     #[error("the array has no microphones: give at least one")]
     NoMicrophones,

@@ -16,7 +16,7 @@ use realfft::num_complex::Complex;
 use sonel_echogram::Response;
 
 use crate::alignment::Aligned;
-use crate::ambisonics::{Frame, channels};
+use crate::ambisonics::{Axes, Frame, channels};
 use crate::crossover::Crossover;
 use crate::fractional::Table;
 use crate::head::{self, Head};
@@ -35,11 +35,13 @@ pub struct SoundSettings {
     pub seed: u64,
     /// Samples per second, one of [`crate::SAMPLE_RATES_HZ`].
     pub sample_rate_hz: u32,
+    /// How long after direct sound arrivals and waves are kept [s]: 0 leaves direct sound alone. By default all are.
+    pub within: Option<f64>,
 }
 
 impl Default for SoundSettings {
     fn default() -> Self {
-        Self { volume: None, seed: 1, sample_rate_hz: SAMPLE_RATE_HZ }
+        Self { volume: None, seed: 1, sample_rate_hz: SAMPLE_RATE_HZ, within: None }
     }
 }
 
@@ -138,7 +140,7 @@ impl<'a> Synthesizer<'a> {
         array.iter().map(of_microphone).collect()
     }
 
-    /// The same in ambisonics up to `order`, at most [`crate::ambisonics::MOST_ORDER`], with `up` a unit vector: the left side is the lateral axis of the receiver. Channel 0 is
+    /// The same in ambisonics up to `order`, at most [`crate::ambisonics::MOST_ORDER`], in these `axes` with `up` a unit vector. Channel 0 is
     /// the impulse response itself.
     ///
     /// # Errors
@@ -147,16 +149,16 @@ impl<'a> Synthesizer<'a> {
         &self,
         (s, r): (usize, usize),
         order: u32,
-        up: DVec3,
+        (axes, up): (Axes, DVec3),
     ) -> Result<Vec<Vec<f32>>, SoundError> {
-        let (pulses, frame) = self.directed_pulses((s, r), up)?;
+        let (pulses, frame) = self.directed_pulses((s, r), (axes, up))?;
         let gains: Vec<Vec<f64>> = pulses.direction.iter().map(|u| frame.gains(order, *u)).collect();
         (0..channels(order))
             .map(|channel| self.filtered(&pulses, |pulse| Filter::gain(&gains[pulse][channel])))
             .collect()
     }
 
-    /// The same at the left and the right ear of a `head` that looks to the front, with `up` a unit vector: every pulse through the responses of
+    /// The same at the left and the right ear of a `head` that looks along [`Axes::Aim`], with `up` a unit vector: every pulse through the responses of
     /// its direction, between the measured ones around it.
     ///
     /// # Errors
@@ -167,13 +169,17 @@ impl<'a> Synthesizer<'a> {
         head: &Head,
         up: DVec3,
     ) -> Result<Vec<Vec<f32>>, SoundError> {
-        let (pulses, frame) = self.directed_pulses((s, r), up)?;
+        let (pulses, frame) = self.directed_pulses((s, r), (Axes::Aim, up))?;
         let weights: Vec<_> = pulses.direction.iter().map(|u| head.weights(frame.local(*u))).collect();
         (0..2).map(|ear| self.filtered(&pulses, |pulse| head.weighted(&weights[pulse], ear).into())).collect()
     }
 
     fn pulses(&self, (s, r): (usize, usize)) -> Result<Pulses, SoundError> {
-        Pulses::new(self.response, (s, r), self.waves(s))
+        let mut pulses = Pulses::new(self.response, (s, r), self.waves(s))?;
+        if let Some(within) = self.settings.within {
+            pulses.end_at(self.response.direct_time(s, r) + within);
+        }
+        Ok(pulses)
     }
 
     /// The waves of source `s` that reach its receivers and places between them.
@@ -193,10 +199,17 @@ impl<'a> Synthesizer<'a> {
         self.waves[s].get_or_init(draw)
     }
 
-    fn directed_pulses(&self, (s, r): (usize, usize), up: DVec3) -> Result<(Pulses, Frame), SoundError> {
+    fn directed_pulses(
+        &self,
+        (s, r): (usize, usize),
+        (axes, up): (Axes, DVec3),
+    ) -> Result<(Pulses, Frame), SoundError> {
         let directions = self.response.directions.as_ref().ok_or(SoundError::NoDirections)?;
-        let pulses = self.pulses((s, r))?;
-        Ok((pulses, Frame::new(directions.lateral_axes[r].into(), up)))
+        let frame = match axes {
+            Axes::Scene => Frame::of_scene(up),
+            Axes::Aim => Frame::new(directions.lateral_axes[r].into(), up),
+        };
+        Ok((self.pulses((s, r))?, frame))
     }
 
     /// Samples from the emission to the end of the echogram of a spectrum.
@@ -274,7 +287,7 @@ mod tests {
     use std::f64::consts::PI;
 
     const ROOM: SoundSettings =
-        SoundSettings { volume: Some(100.0), seed: 1, sample_rate_hz: SAMPLE_RATE_HZ };
+        SoundSettings { volume: Some(100.0), seed: 1, sample_rate_hz: SAMPLE_RATE_HZ, within: None };
     const CENTERS: [f64; 3] = [500.0, 1000.0, 2000.0];
     /// On sample 590.
     const DIRECT_TIME: f64 = 590.0 / 48_000.0;
@@ -351,6 +364,11 @@ mod tests {
                 "sample {sample}: {value} instead of {expected}"
             );
         }
+        let within = SoundSettings { within: Some(0.0), ..ROOM };
+        let late = self::response([1.0 / (4.0 * PI * distance * distance); 3], [1.0; 3]);
+        assert_eq!(Synthesizer::new(&late, within).impulse_response(0, 0).unwrap(), pressure);
+        let within = SoundSettings { within: Some(0.001), ..ROOM };
+        assert_ne!(Synthesizer::new(&late, within).impulse_response(0, 0).unwrap(), pressure);
     }
 
     #[test]
@@ -447,12 +465,13 @@ mod tests {
     }
 
     const UP: DVec3 = DVec3::Z;
+    const AIM: (Axes, DVec3) = (Axes::Aim, UP);
 
     #[test]
     fn the_first_channel_is_the_impulse_response_and_direct_sound_is_ahead() {
         let response = directed([0.001; 3], [0.0; 3]);
         let synthesizer = Synthesizer::new(&response, ROOM);
-        let channels = synthesizer.ambisonics((0, 0), 3, UP).unwrap();
+        let channels = synthesizer.ambisonics((0, 0), 3, AIM).unwrap();
         assert!(channels.len() == 16 && channels[0] == synthesizer.impulse_response(0, 0).unwrap());
         // Straight ahead: W, X, −R/2, U √¾, −L √⅜, P √⅝.
         let ahead = [1.0, 0.0, 0.0, 1.0, 0.0, 0.0, -0.5, 0.0, 0.75_f64.sqrt(), 0.0, 0.0, 0.0, 0.0];
@@ -471,7 +490,7 @@ mod tests {
         let mut sums = [0.0; 4];
         for seed in 0..100 {
             let channels = Synthesizer::new(&response, SoundSettings { seed, ..SoundSettings::default() })
-                .ambisonics((0, 0), 1, UP)
+                .ambisonics((0, 0), 1, AIM)
                 .unwrap();
             for (sum, channel) in sums.iter_mut().zip(&channels) {
                 let window = 624..672;
@@ -519,7 +538,7 @@ mod tests {
     fn ambisonics_need_directions() {
         let response = response([0.001; 3], [0.0; 3]);
         let error =
-            Synthesizer::new(&response, SoundSettings::default()).ambisonics((0, 0), 1, UP).unwrap_err();
+            Synthesizer::new(&response, SoundSettings::default()).ambisonics((0, 0), 1, AIM).unwrap_err();
         assert!(error.to_string().contains("`directions`"), "{error}");
     }
 

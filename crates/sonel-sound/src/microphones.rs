@@ -4,19 +4,22 @@
 //! d it has the length L′ = |L u − d|, the time L′/c and L/L′ times the amplitude. A wave of late sound is plane: it reaches d earlier by u·d/c. Sound over
 //! an edge counts as from the distance of its whole way; its front is more curved, by at most d²/2ρ of its way at a distance ρ of the edge.
 //!
-//! A microphone multiplies each pulse by the pressure of its pattern, a + (1 − a) cos θ [Eargle2004]. What hides a source from the receiver hides it from all
-//! of its microphones, and their late sound has the receiver's energies: hence the longest displacement.
+//! A microphone multiplies each pulse by the pressure of its pattern, a + (1 − a) cos θ [Eargle2004].
 //!
-//! References: [Eargle2004] (docs/references.md).
+//! This holds within the sphere about the receiver that no surface enters: there the field is a sum of incoming waves, each of which reaches every
+//! place [Williams1999, section 6.8]. Beyond, surfaces may be between microphone and receiver, or the microphone within one: it is refused.
+//!
+//! References: [Eargle2004], [Williams1999] (docs/references.md).
 
 use glam::DVec3;
 use sonel_acoustics::Pattern;
 use sonel_echogram::Response;
+use sonel_echogram::provenance::NearestSurface;
 
 use crate::SoundError;
 use crate::pulses::Pulses;
 
-/// Largest distance of a microphone from its receiver [m]: three time bins of 1 ms, and less than most furniture is away.
+/// Largest distance of a microphone from its receiver [m]: three time bins of 1 ms, because late sound has the receiver's energies.
 pub const FARTHEST: f64 = 1.0;
 /// Smallest distance of a microphone from a source [m].
 const CLOSEST: f64 = 0.01;
@@ -70,10 +73,15 @@ impl Microphone {
 /// Checks the microphones of an array about the receivers of a response.
 ///
 /// # Errors
-/// When there are none, one is not finite or too far off, one is directional and the response has no directions, or a receiver is directional.
+/// When there are none, one is not finite, too far off or not nearer to its receiver than all surfaces, one is directional and the response has no
+/// directions, or a receiver is directional.
 pub fn check(response: &Response, microphones: &[Microphone]) -> Result<(), SoundError> {
     if microphones.is_empty() {
         return Err(SoundError::NoMicrophones);
+    }
+    let nearest = &response.provenance.nearest_surfaces;
+    if nearest.len() != response.receivers() {
+        return Err(SoundError::NoSurfaces);
     }
     for microphone in microphones {
         let distance = microphone.position.length();
@@ -81,6 +89,16 @@ pub fn check(response: &Response, microphones: &[Microphone]) -> Result<(), Soun
         if !(0.0..=FARTHEST).contains(&distance) {
             return Err(microphone.refused(format!(
                 "{distance} m from its receiver; at most {FARTHEST} m are allowed: make it a receiver of its own, late sound is shared"
+            )));
+        }
+        if let Some(r) = nearest.iter().position(|surface| surface.distance_m <= distance) {
+            let (NearestSurface { distance_m, material }, name) = (&nearest[r], &response.receiver_names[r]);
+            let receiver = DVec3::from_array(response.receiver_positions[r]);
+            let [found, free] =
+                [1.0, 0.9 * distance_m / distance].map(|part| receiver + part * microphone.position);
+            return Err(microphone.refused(format!(
+                "at {found} m, {distance:.3} m from its receiver \"{name}\", to which a surface of \"{material}\" is nearer, {distance_m:.3} m; \
+                 {free:.3} m is free; move the receiver, or make the microphone a receiver of its own, late sound is shared"
             )));
         }
         if microphone.pattern != Pattern::Omni && response.directions.is_none() {

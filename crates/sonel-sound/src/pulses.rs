@@ -150,6 +150,16 @@ impl Pulses {
         }
     }
 
+    /// Silences what comes after a time [s].
+    pub(crate) fn end_at(&mut self, time: f64) {
+        let end = time * (1.0 + ROUNDING);
+        self.gain
+            .iter_mut()
+            .zip(&self.time)
+            .filter(|(_, time)| **time > end)
+            .for_each(|(gain, _)| *gain = 0.0);
+    }
+
     /// Amplitudes of a shape in every band.
     pub(crate) fn shape(&self, number: usize, bands: usize) -> &[f64] {
         &self.shapes[number * bands..(number + 1) * bands]

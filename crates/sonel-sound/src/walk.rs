@@ -47,7 +47,7 @@ pub enum Listener<'a> {
     Point,
     /// Microphones about it.
     Array(&'a [Microphone]),
-    /// Ambisonics of an order with this unit vector up: front is x, or y where x is up.
+    /// Ambisonics of an order in [`Axes::Scene`](crate::ambisonics::Axes) with this unit vector up.
     Ambisonics(u32, DVec3),
 }
 
@@ -105,10 +105,7 @@ pub fn walk<E: From<SoundError>>(
         Listener::Ambisonics(..) if response.directions.is_none() => {
             return Err(SoundError::NoDirections.into());
         }
-        Listener::Ambisonics(order, up) => {
-            let front = if up.x.abs() < 0.9 { DVec3::X } else { DVec3::Y };
-            vec![Spot::Ambisonics(order, Frame::new(up.cross(front).normalize(), up))]
-        }
+        Listener::Ambisonics(order, up) => vec![Spot::Ambisonics(order, Frame::of_scene(up))],
     };
     let places = (0..found).map(|r| Pulses::of_arrivals(response, (s, r))).collect::<Result<Vec<_>, _>>()?;
     let synthesizer = Synthesizer::new(response, settings).with_step(step);

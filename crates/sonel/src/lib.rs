@@ -121,7 +121,7 @@ pub use render::{
 pub use response::{Parameters, Response, Surroundings, system};
 pub use scene::{Material, Scene, SceneBuilder, check_file};
 #[cfg(feature = "sound")]
-pub use sound::{Channels, SPACINGS, SoundOptions, microphone, places};
+pub use sound::{Axes, Channels, SPACINGS, SoundOptions, microphone, places};
 pub use store::TemporaryMaps;
 pub use time::parse_time;
 pub use trace::{PreparedTrace, TraceOptions, Traced, VERSION as TRACER_VERSION};

@@ -1,7 +1,7 @@
 //! Responses: echograms and what is read from them.
 
 use std::collections::BTreeMap;
-use std::io::{Read, Seek};
+use std::io::{BufReader, Cursor, Read, Seek};
 use std::ops::RangeInclusive;
 use std::path::Path;
 
@@ -52,15 +52,21 @@ impl Response {
     /// When the file cannot be read, is no response, or is damaged.
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         let label = path.as_ref().display().to_string();
-        let mut file = crate::file::open(path.as_ref()).at(|| format!("cannot read the response {label}"))?;
+        let file = crate::file::open(path.as_ref()).at(|| format!("cannot read the response {label}"))?;
+        let name = path.as_ref().file_stem().unwrap_or_default().to_string_lossy();
+        Self::of_reader(BufReader::new(file), &name, &label)
+    }
+
+    fn of_reader(mut file: impl Read + Seek, name: &str, label: &str) -> Result<Self> {
         let mut begin = [0; 4];
-        let is_sound = file.read(&mut begin).is_ok_and(|count| count == begin.len() && begin == *b"RIFF");
-        file.rewind().at(|| label.clone())?;
-        let file = std::io::BufReader::new(file);
-        if is_sound {
-            return measured(file, path.as_ref(), &label);
-        }
-        Ok(Self::of_file(Echograms::read(file).at(|| label)?))
+        let is_sound = file.read_exact(&mut begin).is_ok() && begin == *b"RIFF";
+        file.rewind().at(|| label.to_owned())?;
+        let read = if is_sound {
+            measured(file, name, label)?
+        } else {
+            Echograms::read(file).at(|| label.to_owned())?
+        };
+        Ok(Self::of_file(read))
     }
 
     /// A response of a file, whose provenance states volume, seed and which direction is up.
@@ -74,13 +80,12 @@ impl Response {
         Self::of(echograms, surroundings)
     }
 
-    /// Reads a response in the bytes of its file.
+    /// Reads a response in the bytes of its file, or a measured impulse response (WAV) as one.
     ///
     /// # Errors
     /// When they are no response, or damaged.
     pub fn read(bytes: &[u8]) -> Result<Self> {
-        let echograms = Echograms::read(std::io::Cursor::new(bytes)).at(|| "the response".to_owned())?;
-        Ok(Self::of_file(echograms))
+        Self::of_reader(Cursor::new(bytes), "receiver", "the response")
     }
 
     /// Writes the response as a numpy archive (docs/formats/response.md), which appears when it is complete and replaces an older file.
@@ -171,17 +176,15 @@ pub fn system(
     Ok(names.iter().zip(stated).map(change).collect())
 }
 
-/// A measured impulse response as a response at the receiver that the file is named after.
+/// A measured impulse response as echograms at a receiver of this name.
 #[cfg(feature = "sound")]
-fn measured(file: impl Read + Seek, path: &Path, label: &str) -> Result<Response> {
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+fn measured(file: impl Read + Seek, name: &str, label: &str) -> Result<Echograms> {
     let recording = sonel_sound::Recording::read(file).at(|| label.to_owned())?;
-    let echograms = sonel_sound::measured::response(&recording, &name).at(|| label.to_owned())?;
-    Ok(Response::of_file(echograms))
+    sonel_sound::measured::response(&recording, name).at(|| label.to_owned())
 }
 
 #[cfg(not(feature = "sound"))]
-fn measured(_: impl Read + Seek, _: &Path, label: &str) -> Result<Response> {
+fn measured(_: impl Read + Seek, _: &str, label: &str) -> Result<Echograms> {
     Err(Error::refused(format!("{label} is a WAV file: the feature \"sound\" of crate sonel reads it")))
 }
 

@@ -8,7 +8,7 @@ use sonel_sound::{Listener, Path, SoundSettings, Synthesizer};
 
 use crate::{Error, Observer, ReceiverPoint, Response, Result};
 
-pub use sonel_sound::ambisonics::MOST_ORDER as MOST_AMBISONICS_ORDER;
+pub use sonel_sound::ambisonics::{Axes, MOST_ORDER as MOST_AMBISONICS_ORDER};
 pub use sonel_sound::wav::MOST_CHANNELS;
 pub use sonel_sound::{
     Head, Iacc, Microphone, Recording, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ, SoundError, Waypoint, convolve, iacc,
@@ -20,9 +20,9 @@ pub use sonel_sound::{
 pub enum Channels<'a> {
     /// Pressure at the receiver.
     Single,
-    /// Ambisonics of an order 1 … 7: ACN, SN3D. The response needs directions.
-    Ambisonics(u32),
-    /// Left and right ear of a head. The response needs directions.
+    /// Ambisonics of an order 1 … 7 in these axes: ACN, SN3D. The response needs directions.
+    Ambisonics(u32, Axes),
+    /// Left and right ear of a head that looks along the receiver's aim. The response needs directions.
     Ears(&'a Head),
     /// Microphones about each receiver. Directional ones need directions.
     Array(&'a [Microphone]),
@@ -35,11 +35,13 @@ pub struct SoundOptions {
     pub seed: Option<u64>,
     /// Samples per second, 8000 … 192 000.
     pub sample_rate_hz: u32,
+    /// How long after direct sound arrivals and waves are kept [s]: 0 leaves direct sound alone. By default all are.
+    pub within: Option<f64>,
 }
 
 impl Default for SoundOptions {
     fn default() -> Self {
-        Self { seed: None, sample_rate_hz: SAMPLE_RATE_HZ }
+        Self { seed: None, sample_rate_hz: SAMPLE_RATE_HZ, within: None }
     }
 }
 
@@ -107,10 +109,10 @@ impl Response {
         let listener = match channels {
             Channels::Single => Listener::Point,
             Channels::Array(microphones) => Listener::Array(microphones),
-            Channels::Ambisonics(order) => Listener::Ambisonics(order, up),
-            Channels::Ears(_) => {
+            Channels::Ambisonics(order, Axes::Scene) => Listener::Ambisonics(order, up),
+            Channels::Ambisonics(..) | Channels::Ears(_) => {
                 return Err(Error::refused(
-                    "a walk has no ears: make ambisonics and decode them for two ears",
+                    "a walk has the axes of the scene and no ears: make ambisonics without aim, and decode them for two ears",
                 ));
             }
         };
@@ -121,7 +123,7 @@ impl Response {
     /// Settings of the synthesis, and the direction up.
     fn settings(&self, channels: Channels<'_>, options: SoundOptions) -> Result<(SoundSettings, DVec3)> {
         let room = self.surroundings();
-        let SoundOptions { seed, sample_rate_hz } = options;
+        let SoundOptions { seed, sample_rate_hz, within } = options;
         if !SAMPLE_RATES_HZ.contains(&sample_rate_hz) {
             return Err(Error::refused(format!(
                 "the sample rate is {sample_rate_hz} Hz: give 8000 … 192000 Hz"
@@ -129,10 +131,10 @@ impl Response {
         }
         let up = match channels {
             Channels::Single | Channels::Array(_) => DVec3::Z,
-            Channels::Ambisonics(_) | Channels::Ears(_) => room.upward()?,
+            Channels::Ambisonics(..) | Channels::Ears(_) => room.upward()?,
         };
         let (volume, seed) = (room.volume, seed.unwrap_or(room.seed));
-        Ok((SoundSettings { volume, seed, sample_rate_hz }, up))
+        Ok((SoundSettings { volume, seed, sample_rate_hz, within }, up))
     }
 
     /// Impulse responses of all sources at all receivers, [S × R, channels, samples]: pressure synthesised from the energies. Direct
@@ -170,7 +172,7 @@ impl Response {
         let synthesizer = Synthesizer::new(e, settings).with_step(&step);
         let of_pair = |pair: (usize, usize)| {
             let all = channels.iter().zip(&ups).map(|(channels, (_, up))| match *channels {
-                Channels::Ambisonics(order) => synthesizer.ambisonics(pair, order, *up),
+                Channels::Ambisonics(order, axes) => synthesizer.ambisonics(pair, order, (axes, *up)),
                 Channels::Ears(head) => synthesizer.binaural(pair, head, *up),
                 Channels::Array(microphones) => synthesizer.array(pair, microphones),
                 Channels::Single => Ok(vec![synthesizer.impulse_response(pair.0, pair.1)?]),

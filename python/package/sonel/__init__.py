@@ -13,10 +13,13 @@ logger "sonel". `docs/python.md` in the repository has examples.
 
 from __future__ import annotations
 
+import hashlib
 import importlib
 import logging
 import os
+import struct
 import sys
+import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, Union
@@ -30,6 +33,8 @@ from ._sonel import Error, __version__
 
 if TYPE_CHECKING:
     import pandas
+    import pyfar  # type: ignore[import-untyped]
+    import xarray
     from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["Error", "Fit", "Map", "RandomRooms", "Response", "Scene", "__version__", "check", "dataset", "fit", "random_rooms", "trace"]
@@ -613,9 +618,10 @@ def random_rooms(
     seed: _Whole = 1,
     size: ArrayLike = ((3.0, 3.0, 2.4), (8.0, 6.0, 3.5)),
     furniture: tuple[int, int] = (2, 8),
-    t60: tuple[float, float] | None = None,
+    t60: ArrayLike | None = None,
     sources: _Whole = 1,
     receivers: _Whole = 1,
+    clearance: float = 0.3,
     **keys: Any,
 ) -> RandomRooms:
     """Rectangular rooms with boxes as furniture, for `dataset`: a sequence whose rooms are made when they are asked for.
@@ -631,10 +637,12 @@ def random_rooms(
     furniture
         Fewest and most boxes on the floor, at most 100; a small room may have fewer.
     t60
-        Range of Eyring's reverberation time [s], for which the walls get their absorption; without it all materials are entries of the
-        library.
+        Shortest and longest Eyring time [s], for which the walls get their absorption; without it all materials are entries of the library.
+        One range, in which one time is drawn for all bands, or one per band, shape [B, 2], in each of which one is drawn.
     sources, receivers
         How many of each, at most 100: 1 to 1.8 m high, 0.5 m from walls, 0.3 m from furniture, 1 m apart.
+    clearance
+        Least distance of receivers from furniture, and beyond 0.5 m from walls [m], at most 1.2: more than the radius of an array about them.
     **keys
         Other keys of the scene file: bands, air, …; not those of walls and materials.
 
@@ -653,19 +661,23 @@ def random_rooms(
     if not np.all((2.0 <= extents[0]) & (extents[0] <= extents[1]) & (extents[1] <= 1000.0)):
         raise Error(f"size is {_input.shown(size)}: give {right}")
     fewest, most = _input.span(furniture, "furniture", "the fewest and the most boxes")
-    right = "the shortest and the longest time above 0 s"
-    times = None if t60 is None else _input.span(t60, "t60", right)
-    if times is not None and times[0] <= 0.0:
+    right = "the shortest and the longest time above 0 s, or both for every band"
+    times = None if t60 is None else np.atleast_2d(_input.numbers(t60, "t60", right))
+    if times is not None and (times.shape[1:] != (2,) or not np.all((0.0 < times[:, 0]) & (times[:, 0] <= times[:, 1]))):
         raise Error(f"t60 is {_input.shown(t60)}: give {right}")
+    apart = float(_input.numbers(clearance, "clearance", "0.3 to 1.2 m", ()))
+    if not 0.3 <= apart <= 1.2:
+        raise Error(f"clearance is {apart:g} m: give 0.3 to 1.2 m")
     for key in {"materials", "shoebox", "mesh", "mesh_unit", "mesh_up"}.intersection(keys):
         raise Error(f"{key} is not a key of random rooms, which have their own walls and materials: leave it out")
     options = {
         "seed": _input.whole(seed, "seed", 0, _input.SEED),
         "size": extents.tolist(),
         "furniture": (_input.whole(fewest, "furniture", 0, 100), _input.whole(most, "furniture", 0, 100)),
-        "t60": times,
+        "t60": times if times is None else times.squeeze(0).tolist() if len(times) == 1 else times.tolist(),
         "sources": _input.whole(sources, "sources", 1, 100),
         "receivers": _input.whole(receivers, "receivers", 1, 100),
+        "clearance": apart,
     }
     return RandomRooms(_input.whole(count, "count", 1, sys.maxsize), {**options, "keys": keys})
 
@@ -675,6 +687,9 @@ def dataset(
     out: _Path,
     *,
     microphones: _Points | None = None,
+    ambix: _Whole | None = None,
+    hrtf: _Path | None = None,
+    within: Sequence[float] = (),
     workers: _Whole | None = None,
     shard_size: _Whole = 16,
     shards: Iterable[_Whole] | None = None,
@@ -698,7 +713,11 @@ def dataset(
     out
         A folder, made where there is none. `dataset.json` in it states rooms and options; a folder with shards of others is refused.
     microphones
-        An array about each receiver, as in `Response.impulse_responses`; without it a single omnidirectional one.
+        An array about each receiver, as `array` of `Response.impulse_responses`; without it a single omnidirectional one.
+    ambix, hrtf
+        As for `Response.impulse_responses`, instead of `microphones`; directions are rendered.
+    within
+        Targets beside `ir`: for each time t [s] `ir_within_T`, T in ms, has what comes up to t after direct sound, 0 direct sound alone.
     workers
         Rooms at a time (default all cores).
     shard_size
@@ -738,13 +757,21 @@ def dataset(
         "seed": None if seed is None else _input.whole(seed, "seed", 0, _input.SEED),
         "early": _input.whole(early, "early"),
         "duration": duration,
+        "channels": {} if microphones is None else {"array": microphones},
+        "within": [float(time) for time in _input.numbers(within, "within", "times after direct sound [s]").reshape(-1)],
     }
+    for name, value in (("ambix", ambix), ("hrtf", hrtf)):
+        if value is not None:
+            options["channels"][name] = value
+    order, head, _ = _channels(**options["channels"])
+    options["head"] = None if head is None else hashlib.sha256(head).hexdigest()
     options["trace"] = {"packets": 4000} if trace is None else dict(trace)
     options["render"] = {"order": 2, "rays": 256, "effects": "-diffraction"} if render is None else dict(render)
+    if order is not None or head is not None:
+        options["render"].setdefault("directions", True)
     return _dataset.write(
         rooms,
         Path(out),
-        microphones=microphones,
         workers=None if workers is None else _input.whole(workers, "workers", 1),
         shard_size=_input.whole(shard_size, "shard_size", 1),
         shards=shards,
@@ -812,6 +839,7 @@ class Map(_Managed):
         self._inner = inner
         # Where it may be loaded from.
         self._path = inner.path
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
 
     @classmethod
     def load(cls, path: _Path) -> Map:
@@ -1091,7 +1119,7 @@ class Map(_Managed):
             Longest distance between the places that are rendered [m], 0.01 to 10. Delays of direct sound and listed reflections are exact
             at every sample whatever it is, so that tones are shifted by 1 + v/c.
         ambix, array
-            As for `impulse_responses`, in the axes of the scene, which do not turn: front is x.
+            As for `impulse_responses`, in the axes of the scene, which do not turn.
         seed
             Of the waves of late sound (default that of the rendering).
         **options
@@ -1121,13 +1149,26 @@ class Map(_Managed):
         if ambix is not None or array is not None:
             options.setdefault("directions", True)
         response = self.render(dict(_sonel.places(points.tolist(), spacing)), **options)
-        return np.asarray(response._inner.walk((points.tolist(), spacing), samples.tobytes(), (order, microphones), *sounds))
+        return np.array(response._inner.walk((points.tolist(), spacing), samples.tobytes(), (order, microphones), *sounds))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """For other processes: the path of a map that was loaded or saved."""
+        """For other processes: the path of a map that was loaded or saved, the bytes of another one."""
         if self._path is None:
-            raise TypeError("a map in a temporary file cannot be pickled: save it first")
+            with tempfile.TemporaryDirectory() as folder:
+                path = Path(folder) / "map.sonelmap"
+                self._inner.save(path)
+                return Map._of_bytes, (path.read_bytes(),)
         return Map.load, (os.path.abspath(self._path),)
+
+    @classmethod
+    def _of_bytes(cls, data: bytes) -> Map:
+        # The folder is removed with the map.
+        folder = tempfile.TemporaryDirectory()
+        path = Path(folder.name) / "map.sonelmap"
+        path.write_bytes(data)
+        loaded = cls.load(path)
+        loaded._path, loaded._folder = None, folder
+        return loaded
 
     @property
     def report(self) -> dict[str, Any] | None:
@@ -1204,6 +1245,37 @@ class Response(_Managed):
             A file that is missing (also a FileNotFoundError), damaged or invalid.
         """
         return cls(_loaded(_sonel.Response.load, os.fspath(path)))
+
+    @classmethod
+    def of_impulse_response(cls, samples: ArrayLike, sample_rate: _Whole | float = 48_000) -> Response:
+        """An impulse response, measured or of `impulse_responses`, as a response of one source at one receiver.
+
+        Its `parameters` are what a measurement finds (docs/formats/sound.md), without intervals.
+
+        Parameters
+        ----------
+        samples
+            Pressure, shape [N].
+        sample_rate
+            Samples per second.
+
+        Returns
+        -------
+        Response
+            Energies in the octaves that the rate holds.
+
+        Raises
+        ------
+        Error
+            Bad input: what is wrong, and what is allowed.
+        """
+        values = _input.numbers(samples, "samples", "the finite pressure of one channel, shape [N]").astype("<f4")
+        if values.ndim != 1:
+            raise Error(f"samples has the shape {list(values.shape)}: give those of one channel, shape [N]")
+        rate = _input.whole(sample_rate, "sample_rate", 180, 768_000, " Hz")
+        # A WAV file of 32-bit float.
+        head = struct.pack("<4sIHHIIHH4sI", b"fmt ", 16, 3, 1, rate, 4 * rate, 4, 32, b"data", values.nbytes)
+        return cls._of_bytes(struct.pack("<4sI4s", b"RIFF", 4 + len(head) + values.nbytes, b"WAVE") + head + values.tobytes())
 
     def save(self, path: _Path) -> None:
         """Writes the response as sonel-render would.
@@ -1339,8 +1411,10 @@ class Response(_Managed):
         self,
         *,
         ambix: _Whole | None = None,
+        aim: bool = False,
         hrtf: _Path | None = None,
         array: _Points | None = None,
+        within: float | None = None,
         seed: _Whole | None = None,
         sample_rate: _Whole | float = 48_000,
     ) -> NDArray[np.float32]:
@@ -1351,14 +1425,20 @@ class Response(_Managed):
         Parameters
         ----------
         ambix
-            Order 1 … 7: C = (order + 1)² channels in ACN order with SN3D (AmbiX), for a response with directions.
+            Order 1 … 7: C = (order + 1)² channels in ACN order with SN3D (AmbiX), for a response with directions. Axes are those of the scene:
+            front is x, left is y.
+        aim
+            Turn the axes of `ambix` to the receiver: front is the horizontal part of its aim (default towards the first source).
         hrtf
-            A SOFA file of the convention SimpleFreeFieldHRIR: C = 2, left and right ear, for a response with directions.
+            A SOFA file of the convention SimpleFreeFieldHRIR: C = 2, left and right ear of a head that looks along the receiver's aim (default
+            towards the first source), for a response with directions.
         array
-            Microphones about each receiver: positions relative to it in the axes of the scene [m], at most 1 m away, shape [M, 3], or a
-            mapping as for `Map.render`, such as {"left": {"position": [0, 0.05, 0], "directivity": "cardioid", "aim": [0, 1, 0]}}: C = M,
+            Microphones about each receiver: positions relative to it in the axes of the scene [m], at most 1 m away and nearer than any
+            surface, shape [M, 3], or a mapping as for `Map.render`, such as {"left": {"position": [0, 0.05, 0], "directivity": "cardioid", "aim": [0, 1, 0]}}: C = M,
             in their order, from one rendering. Directional ones need a response with directions; late sound has them where the response
             has.
+        within
+            Keep what comes up to so long after direct sound [s]: 0 is direct sound alone (default all).
         seed
             Of the waves of late sound (default that of the rendering).
         sample_rate
@@ -1374,17 +1454,23 @@ class Response(_Managed):
         Error
             Bad input, or a response without directions that are needed.
         """
-        channels = _channels(ambix=ambix, hrtf=hrtf, array=array)
+        order, head, microphones = _channels(ambix=ambix, hrtf=hrtf, array=array)
+        if aim and order is None:
+            raise Error("aim turns the axes of ambisonics: give ambix, or leave it out")
+        seconds = None if within is None else float(_input.numbers(within, "within", "seconds after direct sound, 0 or more", ()))
         number = None if seed is None else _input.whole(seed, "seed", 0, _input.SEED)
-        return np.asarray(self._inner.impulse_responses(channels, number, _rate(sample_rate)))
+        channels = (None if order is None else (order, bool(aim)), head, microphones)
+        return np.array(self._inner.impulse_responses(channels, number, _rate(sample_rate), seconds))
 
     def to_sofa(
         self,
         path: _Path,
         *,
         ambix: _Whole | None = None,
+        aim: bool = False,
         hrtf: _Path | None = None,
         array: _Points | None = None,
+        within: float | None = None,
         seed: _Whole | None = None,
         sample_rate: _Whole | float = 48_000,
     ) -> None:
@@ -1396,7 +1482,7 @@ class Response(_Managed):
         ----------
         path
             A file `.sofa`. Files that are there are not replaced.
-        ambix, hrtf, array, seed, sample_rate
+        ambix, aim, hrtf, array, within, seed, sample_rate
             As for `impulse_responses`.
 
         Raises
@@ -1406,7 +1492,7 @@ class Response(_Managed):
         """
         from . import _sofa
 
-        options = {"hrtf": hrtf, "seed": seed}
+        options = {"aim": aim, "hrtf": hrtf, "within": within, "seed": seed}
         microphones = None if array is None else _points(array, "microphone")
         order = None if ambix is None else _input.whole(ambix, "ambix", 1, 7)
         _sofa.write(self, Path(path), ambix=order, array=array, microphones=microphones, sample_rate=_rate(sample_rate), **options)
@@ -1531,7 +1617,7 @@ class Response(_Managed):
 
         return pandas.DataFrame(self.parameters().reshape(-1))
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self) -> xarray.Dataset:
         """Energies and `parameters` as an xarray.Dataset. Needs xarray.
 
         Returns
@@ -1543,7 +1629,7 @@ class Response(_Managed):
 
         return _drawing.xarray_of(self)
 
-    def to_pyfar(self, **options: Any) -> Any:
+    def to_pyfar(self, **options: Any) -> pyfar.Signal:
         """`impulse_responses` as a pyfar.Signal. Needs pyfar.
 
         Parameters
@@ -1562,7 +1648,7 @@ class Response(_Managed):
             As `impulse_responses`; no pyfar.
         """
         try:
-            import pyfar  # type: ignore[import-untyped]
+            import pyfar
         except ImportError:
             raise Error("to_pyfar needs the package pyfar: pip install pyfar") from None
         samples = self.impulse_responses(**options).astype(float)
@@ -1662,9 +1748,8 @@ class _Text:
         return self._follower
 
     def __exit__(self, *_: object) -> None:
-        if self._cell is not None:
-            self._cell.update({"text/plain": ""}, raw=True)
-        elif self._shown:
+        # A cell keeps the last text: an output cannot be taken back.
+        if self._cell is None and self._shown:
             sys.stderr.write("\r" + " " * len(self._shown) + "\r")
 
     def _show(self, what: str, share: float) -> None:

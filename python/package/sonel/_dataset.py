@@ -30,13 +30,14 @@ if TYPE_CHECKING:
     from . import Response, Scene
 
 PARAMETERS = ["t30_s", "early_decay_time_s", "clarity_c50_db", "strength_g_db"]
+# What a measurement would read from the first channel.
+READ = {"t30_ir_s": "t30_s", "early_decay_time_ir_s": "early_decay_time_s", "clarity_c50_ir_db": "clarity_c50_db"}
 
 
 def write(
     rooms: Sequence[Scene],
     out: Path,
     *,
-    microphones: Any,
     workers: int | None,
     shard_size: int,
     shards: Iterable[Any] | None,
@@ -56,12 +57,13 @@ def write(
     ranges = [range(begin, min(begin + shard_size, len(rooms))) for begin in range(0, len(rooms), shard_size)]
     wanted = range(len(ranges)) if shards is None else _wanted(shards, len(ranges), len(rooms))
     named = _checked(rooms, options["render"])
-    if microphones is not None:
-        _positions(microphones)
-    if out.exists() and not out.is_dir():
-        raise Error(f"{out} is not a folder: choose another one")
-    out.mkdir(parents=True, exist_ok=True)
-    _manifest(out, named, {**options, "microphones": microphones, "shard_size": shard_size, "format": form})
+    if "array" in options["channels"]:
+        _positions(options["channels"]["array"])
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise Error(f"{out} is not a folder and cannot be made one: {problem.strerror or problem}; choose another one") from None
+    _manifest(out, named, {**options, "shard_size": shard_size, "format": form})
     ranges = [ranges[number] for number in wanted]
     paths = [out / f"shard-{number:05d}.{form}" for number in wanted]
     for path in paths:
@@ -82,7 +84,7 @@ def write(
             rows = []
             for index in indices:
                 going_on()
-                rows += list(_rows(index, rooms[index], microphones, options, going_on))
+                rows += list(_rows(index, rooms[index], options, going_on))
                 step(1)
             _publish(path, _npz(rows) if form == "npz" else _tar(rows))
 
@@ -160,7 +162,7 @@ def _publish(path: Path, content: bytes) -> None:
 
 
 def _rows(
-    index: int, scene: Scene, microphones: Any, options: dict[str, Any], going_on: Callable[[str, float], object]
+    index: int, scene: Scene, options: dict[str, Any], going_on: Callable[[str, float], object]
 ) -> Iterator[dict[str, Any]]:
     """Impulse responses and labels of every source and receiver of a room; an exception of `going_on` ends the work."""
     from . import trace
@@ -175,14 +177,20 @@ def _rows(
     # Copies of a room in other materials would otherwise share the pulses of their late sound.
     seed = room.seed if options["seed"] is None else options["seed"]
     mixed = int(np.random.SeedSequence([seed, index]).generate_state(1, np.uint64)[0] >> 1)
-    sounds = {"seed": mixed, "sample_rate": options["sample_rate"]}
-    responses = response.impulse_responses(array=microphones, **sounds)
-    places = np.zeros((1, 3)) if microphones is None else _positions(microphones)
+    sounds = {**options["channels"], "seed": mixed, "sample_rate": options["sample_rate"]}
+    try:
+        responses = response.impulse_responses(**sounds)
+    except Error as problem:
+        raise Error(f"rooms[{index}]: {problem}") from None
+    targets = {f"ir_within_{1000 * time:g}": response.impulse_responses(within=time, **sounds) for time in options["within"]}
+    places = _positions(sounds["array"]) if "array" in sounds else np.zeros((1, 3))
     labels = _labels(response, options["early"])
+    labels.update(_read(responses[:, :, 0], options["sample_rate"], response.center_frequencies))
     for s, source in enumerate(response.source_positions):
         for r, receiver in enumerate(response.receiver_positions):
             yield {
                 "ir": responses[s, r],
+                **{name: samples[s, r] for name, samples in targets.items()},
                 "samples": np.int64(responses.shape[-1]),
                 "sample_rate_hz": np.int64(options["sample_rate"]),
                 "room": np.int64(index),
@@ -236,26 +244,53 @@ def _labels(response: Response, early: int) -> dict[str, NDArray[Any]]:
     return labels
 
 
+def _read(responses: NDArray[np.float32], sample_rate: int, center_frequencies: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+    """Parameters read from impulse responses as from measurements, [S, R, band]; NaN where there are none, and in bands that are no octaves."""
+    from . import Response
+
+    labels = {name: np.full((*responses.shape[:2], len(center_frequencies)), np.nan) for name in READ}
+    for place in np.ndindex(*responses.shape[:2]):
+        try:
+            found = Response.of_impulse_response(responses[place], sample_rate).parameters()[0, 0]
+        except Error:
+            # Silence behind furniture, or less than a decay.
+            continue
+        for row in found:
+            for name, parameter in READ.items():
+                labels[name][place][center_frequencies == row["center_frequency_hz"]] = row[parameter]
+    return labels
+
+
 def _npz(rows: list[dict[str, Any]]) -> bytes:
     """One array for each label, its rows side by side; impulse responses are as long as the longest, with silence behind."""
     longest = max(row["ir"].shape[-1] for row in rows)
-    padded = [np.pad(row["ir"], ((0, 0), (0, longest - row["ir"].shape[-1]))) for row in rows]
+
+    def values(name: str, row: dict[str, Any]) -> Any:
+        return np.pad(row[name], ((0, 0), (0, longest - row[name].shape[-1]))) if _is_sound(name) else row[name]
+
     file = io.BytesIO()
-    arrays: dict[str, Any] = {name: np.stack(padded if name == "ir" else [row[name] for row in rows]) for name in rows[0]}
+    arrays: dict[str, Any] = {name: np.stack([values(name, row) for row in rows]) for name in rows[0]}
     np.savez(file, **arrays)
     return file.getvalue()
 
 
+def _is_sound(name: str) -> bool:
+    return name == "ir" or name.startswith("ir_within_")
+
+
 def _tar(rows: list[dict[str, Any]]) -> bytes:
-    """WebDataset: ROOM-SOURCE-RECEIVER.ir.npy and .json."""
+    """WebDataset: ROOM-SOURCE-RECEIVER.ir.npy, likewise for targets, and .json."""
     file = io.BytesIO()
     with tarfile.open(fileobj=file, mode="w", format=tarfile.USTAR_FORMAT) as archive:
         for row in rows:
             key = f"{row['room']:06d}-{row['source']}-{row['receiver']}"
-            samples = io.BytesIO()
-            np.save(samples, row["ir"])
-            labels = {name: _finite(value.tolist()) for name, value in row.items() if name != "ir"}
-            for end, content in (("ir.npy", samples.getvalue()), ("json", json.dumps(labels).encode())):
+            files = []
+            for name in filter(_is_sound, row):
+                samples = io.BytesIO()
+                np.save(samples, row[name])
+                files.append((f"{name}.npy", samples.getvalue()))
+            labels = {name: _finite(value.tolist()) for name, value in row.items() if not _is_sound(name)}
+            for end, content in (*files, ("json", json.dumps(labels).encode())):
                 member = tarfile.TarInfo(f"{key}.{end}")
                 member.size = len(content)
                 archive.addfile(member, io.BytesIO(content))

@@ -10,6 +10,8 @@ import numpy as np
 from ._sonel import Error
 
 if TYPE_CHECKING:
+    import xarray
+
     from . import Response, Scene
 
 
@@ -68,7 +70,7 @@ def table(head: list[str], rows: list[list[str]], caption: str) -> str:
     return f"<table><caption>{html.escape(caption)}</caption>" + "".join(f"<tr>{row}</tr>" for row in cells) + "</table>"
 
 
-def xarray_of(response: Response) -> Any:
+def xarray_of(response: Response) -> xarray.Dataset:
     """Energies and parameters with their coordinates."""
     try:
         import xarray

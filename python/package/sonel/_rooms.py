@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 
@@ -218,7 +218,13 @@ class RandomRooms(Sequence["Scene"]):
     def __len__(self) -> int:
         return self._count
 
-    def __getitem__(self, index: Any) -> Any:
+    @overload
+    def __getitem__(self, index: int) -> Scene: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[Scene]: ...
+
+    def __getitem__(self, index: int | slice) -> Scene | list[Scene]:
         if isinstance(index, slice):
             return [self[i] for i in range(*index.indices(self._count))]
         number = int(index) + (self._count if index < 0 else 0)
@@ -260,14 +266,22 @@ def _furniture(draw: np.random.Generator, size: NDArray[np.float64], count: int)
     return boxes
 
 
-def _places(draw: np.random.Generator, size: NDArray[np.float64], boxes: Any, count: int, others: list[Any]) -> list[Any] | None:
-    """Places at 1 to 1.8 m, half a metre from walls, 0.3 m from furniture, 1 m from one another; None where there is no room."""
+def _places(
+    draw: np.random.Generator, size: NDArray[np.float64], boxes: Any, count: int, others: list[Any], clearance: float = 0.3
+) -> list[Any] | None:
+    """Places at 1 to 1.8 m, half a metre or more than `clearance` from walls, more than that from furniture, 1 m from one another; None where
+    there is no room."""
+    # In whole millimetres.
+    wall = max(0.5, np.floor(1000 * clearance + 1) / 1000)
+    low, high = np.array([wall, wall, max(1.0, wall)]), np.append(size[:2] - wall, min(1.8, size[2] - wall))
+    if np.any(high < low):
+        return None
     places: list[Any] = []
     for _ in range(200 * count):
         if len(places) == count:
             return places
-        place = np.round(draw.uniform([0.5, 0.5, 1.0], [size[0] - 0.5, size[1] - 0.5, min(1.8, size[2] - 0.5)]), 3)
-        is_free = all(np.any((place < low - 0.3) | (place > high + 0.3)) for low, high in boxes)
+        place = np.round(draw.uniform(low, high), 3)
+        is_free = all(np.any((place < low - clearance) | (place > high + clearance)) for low, high in boxes)
         if is_free and all(np.linalg.norm(place - other) >= 1.0 for other in [*others, *places]):
             places.append(place)
     return places if len(places) == count else None
@@ -280,9 +294,10 @@ def _room(
     seed: int,
     size: Any,
     furniture: tuple[int, int],
-    t60: tuple[float, float] | None,
+    t60: list[Any] | None,
     sources: int,
     receivers: int,
+    clearance: float,
     keys: dict[str, Any],
 ) -> Scene | None:
     """A room, or None where what was drawn does not fit."""
@@ -291,7 +306,7 @@ def _room(
     extent = np.round(draw.uniform(*np.asarray(size, dtype=float)), 3)
     boxes = _furniture(draw, extent, int(draw.integers(furniture[0], furniture[1] + 1)))
     stages = _places(draw, extent, boxes, sources, [])
-    seats = None if stages is None else _places(draw, extent, boxes, receivers, stages)
+    seats = None if stages is None else _places(draw, extent, boxes, receivers, stages, clearance)
     if stages is None or seats is None:
         return None
 
@@ -314,6 +329,6 @@ def _room(
     if t60 is None:
         return scene
     try:
-        return scene.with_materials({"walls": {"absorption": scene.absorption_for(draw.uniform(*t60)), "scattering": 0.1}})
+        return scene.with_materials({"walls": {"absorption": scene.absorption_for(draw.uniform(*np.transpose(t60))), "scattering": 0.1}})
     except Error:
         return None

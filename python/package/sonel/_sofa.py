@@ -1,7 +1,7 @@
 """Responses as SOFA files of the convention SingleRoomSRIR (AES69), by the package sofar.
 
 A measurement is a source at a receiver of the response. The receivers of SOFA are its channels: a single point, the two ears, spherical
-harmonics, or the microphones of an array, whose listener has the axes of the scene. Impulse responses are relative to the pressure of the source at 1 m in a free field.
+harmonics, or the microphones of an array. Listeners have the axes of the scene, heads and aimed ambisonics those of the receiver's aim. Impulse responses are relative to the pressure of the source at 1 m in a free field.
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ def write(
         raise Error(f"{path} exists: delete it first, or choose another name")
     samples = response.impulse_responses(ambix=ambix, array=array, sample_rate=sample_rate, **options)
     sofa = sofar.Sofa("SingleRoomSRIR")
-    _places(sofa, response, in_axes_of_the_scene=microphones is not None)
+    aim = bool(options["aim"]) or options["hrtf"] is not None
+    _places(sofa, response, in_axes_of_the_scene=not aim)
     _channels(sofa, samples.shape[2], ambix, microphones)
     _room(sofa, response)
     sofa.Data_IR = samples.reshape(-1, *samples.shape[2:]).astype(float)
@@ -54,18 +55,14 @@ def _places(sofa: Any, response: Response, *, in_axes_of_the_scene: bool) -> Non
     """Where sources and listeners are and where listeners look, in the axes of the scene [m]."""
     pairs = [(s, r) for s in range(len(response.sources)) for r in range(len(response.receivers))]
     sources, receivers = (list(index) for index in zip(*pairs))
-    stated = None if in_axes_of_the_scene else response._inner.room[1]
-    up = stated or [0.0, 0.0, 1.0]
+    up = response._inner.room[1] or [0.0, 0.0, 1.0]
     sofa.SourcePosition = response.source_positions[sources]
     sofa.ListenerPosition = response.receiver_positions[receivers]
     sofa.ListenerUp = np.array([up])
-    try:
-        if stated is None:
-            raise KeyError("up")
+    if in_axes_of_the_scene:
+        sofa.ListenerView = np.array([[0.0, 1.0, 0.0] if abs(up[0]) >= 0.9 else [1.0, 0.0, 0.0]])
+    else:
         sofa.ListenerView = np.cross(response["lateral_axis"], up)[receivers]
-    except KeyError:
-        # Without directions, or up in a loaded response, a listener is a point.
-        sofa.ListenerView = np.array([np.roll(up, 1)])  # x where z is up
     sofa.MeasurementDate = np.zeros(len(pairs))
 
 

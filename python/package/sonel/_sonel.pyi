@@ -90,9 +90,10 @@ class Response:
     def parameters(self, log: _Log, noise: Any = None, speech: Any = None) -> _Report: ...
     def impulse_responses(
         self,
-        channels: tuple[int | None, bytes | None, list[Receiver] | None] = ...,
+        channels: tuple[tuple[int, bool] | None, bytes | None, list[Receiver] | None] = ...,
         seed: int | None = None,
         sample_rate_hz: int = 48_000,
+        within: float | None = None,
     ) -> Array: ...
     def walk(
         self,

@@ -6,7 +6,7 @@ use anyhow::{Context, ensure};
 use clap::Args;
 use sonel::sound::{Head, Microphone, Recording, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ};
 use sonel::sound::{MOST_AMBISONICS_ORDER, MOST_CHANNELS};
-use sonel::{Channels, Response, Silent, SoundOptions};
+use sonel::{Axes, Channels, Response, Silent, SoundOptions};
 use sonel_console::input;
 use sonel_console::output::{Complete, Kind, Output, make_folder};
 
@@ -28,9 +28,15 @@ pub struct SoundArguments {
     pub wav_rate: u32,
     /// Also write ambisonics, order 1 … 7.
     ///
-    /// ACN and SN3D (AmbiX), as NAME_ambix3.wav. Needs energies by direction: sonel-render implies --directions.
+    /// ACN and SN3D (AmbiX) in scene axes, front is x, as NAME_ambix3.wav. Needs energies by direction: sonel-render implies
+    /// --directions.
     #[arg(long, value_name = "ORDER", requires = "wav", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_AMBISONICS_ORDER)), allow_negative_numbers = true)]
     pub ambix: Option<u32>,
+    /// Turn ambisonics to the receiver's aim.
+    ///
+    /// Front is the horizontal part of the aim of each receiver, by default towards the first source.
+    #[arg(long, requires = "ambix")]
+    pub aim: bool,
     /// Also write binaural responses.
     ///
     /// With the HRTF of FILE.sofa (SimpleFreeFieldHRIR), as NAME_binaural.wav. The head looks along the receiver's aim, by
@@ -56,8 +62,8 @@ impl SoundArguments {
 
 /// What is written for each pair of source and receiver.
 pub(crate) struct Heard {
-    /// Order of ambisonics.
-    ambix: Option<u32>,
+    /// Order of ambisonics, and their axes.
+    ambix: Option<(u32, Axes)>,
     /// Ears.
     head: Option<Head>,
     /// Microphones about each receiver.
@@ -84,7 +90,7 @@ impl Heard {
             Ok(all.into_iter().map(sonel::microphone).collect())
         };
         Ok(Self {
-            ambix: arguments.ambix,
+            ambix: arguments.ambix.map(|order| (order, if arguments.aim { Axes::Aim } else { Axes::Scene })),
             head: arguments.hrtf.as_ref().map(head).transpose()?,
             array: arguments.array.as_ref().map(microphones).transpose()?,
         })
@@ -92,7 +98,8 @@ impl Heard {
 
     /// What the names of files end with, and their channels; the single channel first.
     pub(crate) fn channels(&self) -> Vec<(String, Channels<'_>)> {
-        let ambix = self.ambix.map(|order| (format!("_ambix{order}"), Channels::Ambisonics(order)));
+        let ambix =
+            self.ambix.map(|(order, axes)| (format!("_ambix{order}"), Channels::Ambisonics(order, axes)));
         let ears = self.head.as_ref().map(|head| ("_binaural".to_owned(), Channels::Ears(head)));
         let array = self.array.as_ref().map(|array| ("_array".to_owned(), Channels::Array(array)));
         std::iter::once((String::new(), Channels::Single)).chain(ambix).chain(ears).chain(array).collect()
@@ -168,7 +175,7 @@ impl<'a> SoundFiles<'a> {
     /// # Errors
     /// When the response has no directions that are needed, does not state which one is up, or a file cannot be written.
     pub fn complete(&self, response: &Response, seed: Option<u64>) -> anyhow::Result<Vec<Complete>> {
-        let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz };
+        let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz, ..SoundOptions::default() };
         let (ends, channels): (Vec<String>, Vec<Channels<'_>>) = self.heard.channels().into_iter().unzip();
         let complete = |path: &Path, channels| {
             let recording = Recording { sample_rate_hz: self.sample_rate_hz, channels };

@@ -81,7 +81,7 @@ impl<'a> Walk<'a> {
         (seed, at_most): (Option<u64>, f64),
         follower: &Follower<'_>,
     ) -> anyhow::Result<Vec<Complete>> {
-        let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz };
+        let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz, ..SoundOptions::default() };
         let all = self.heard.channels();
         let (begun, count) = (Instant::now(), all.len() * self.sources.len());
         let mut complete = Vec::new();

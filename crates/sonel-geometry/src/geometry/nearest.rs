@@ -11,6 +11,12 @@ impl Geometry {
         self.closest_point(point).1.distance(point)
     }
 
+    /// Distance from a world position to the nearest surface [m], and its material.
+    pub fn nearest_surface(&self, point: DVec3) -> (f64, u32) {
+        let (triangle, closest) = self.closest_point(point);
+        (closest.distance(point), self.surface(self.triangle_surface(triangle)).material)
+    }
+
     /// The point of any triangle nearest to a world position [m], and that triangle.
     pub(crate) fn closest_point(&self, point: DVec3) -> (u32, DVec3) {
         // A start, as boxes are at no distance from a point beyond single precision.

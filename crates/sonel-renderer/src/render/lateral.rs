@@ -1,4 +1,4 @@
-//! The lateral axis of a receiver, and receivers without one.
+//! What is about a receiver: its lateral axis, where it has one, and the nearest surface.
 
 use glam::DVec3;
 use sonel_acoustics::Pattern;
@@ -37,5 +37,13 @@ impl Renderer<'_> {
         let stated = receiver.sensitivity.aim;
         let aim = if stated.length_squared() > 0.0 { stated } else { to_source };
         lateral_axis(aim, scene.up)
+    }
+
+    /// Distance from `receiver` to the nearest surface [m], and its material; the border between two airs has none.
+    #[must_use]
+    pub fn nearest_surface(&self, receiver: &ReceiverPoint) -> (f64, &str) {
+        let (distance, material) = self.geometry.nearest_surface(receiver.position);
+        let material = self.map.header().scene.materials.get(material as usize);
+        (distance, material.map_or("air", |material| &material.name))
     }
 }

@@ -8,14 +8,16 @@ use glam::{DVec3, dvec3};
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 use sonel_acoustics::Pattern;
-use sonel_echogram::{Arrivals, Response};
+use sonel_echogram::provenance::NearestSurface;
+use sonel_echogram::{Arrivals, Provenance, Response};
 use sonel_sound::{Microphone, SoundSettings, Synthesizer};
 
 const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
 const DISTANCES: [f64; 6] = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
 const AXES: [DVec3; 3] = [DVec3::X, DVec3::Y, DVec3::new(0.6, 0.0, 0.8)];
 const SPEED: f64 = 343.0;
-const ROOM: SoundSettings = SoundSettings { volume: Some(200.0), seed: 1, sample_rate_hz: 48_000 };
+const ROOM: SoundSettings =
+    SoundSettings { volume: Some(200.0), seed: 1, sample_rate_hz: 48_000, within: None };
 const PLACE: DVec3 = dvec3(5.0, 3.0, -1.0);
 const RATE: f64 = 48_000.0;
 /// Bins of 1 ms with late sound, as strong in each.
@@ -64,7 +66,10 @@ fn response(places: &[DVec3], with_direct: bool) -> Response {
         missing: None,
         arrivals,
         directions: None,
-        provenance: Default::default(),
+        provenance: Provenance {
+            nearest_surfaces: vec![NearestSurface { distance_m: 2.0, material: "wall".to_owned() }; count],
+            ..Provenance::default()
+        },
     }
 }
 
@@ -243,6 +248,18 @@ fn arrays_that_cannot_be_are_named() {
     ] {
         assert!(synthesized(microphone, &response).unwrap_err().contains(message));
     }
+    let mut beside = response;
+    beside.provenance.nearest_surfaces =
+        vec![NearestSurface { distance_m: 0.25, material: "screen".to_owned() }];
+    assert!(synthesized(microphone(dvec3(0.0, 0.24, 0.0)), &beside).is_ok());
+    let message = synthesized(microphone(dvec3(0.0, 0.25, 0.0)), &beside).unwrap_err();
+    for part in
+        ["\"mic\" is at [5, 3.25, -1] m", "\"0\"", "\"screen\"", "0.250 m; [5.000, 3.225, -1.000] m is free"]
+    {
+        assert!(message.contains(part), "{message}");
+    }
+    beside.provenance.nearest_surfaces.clear();
+    assert!(synthesized(microphone(DVec3::ZERO), &beside).unwrap_err().contains("render it again"));
     let near = self::response(&[dvec3(0.3, 0.0, 0.0)], true);
     assert!(synthesized(microphone(dvec3(-0.295, 0.0, 0.0)), &near).unwrap_err().contains("from a source"));
     assert!(

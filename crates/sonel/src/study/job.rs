@@ -8,7 +8,8 @@ use crate::study::response::{self, PART};
 use sonel_acoustics::{Directivity, Material, energy_to_level_db};
 use sonel_analysis::{Parameter, ReceiverParameters, some_parameters};
 use sonel_echogram::provenance::{
-    self, ByName, Changed, Coefficients, EdgeContributions, Options, PathClass, SourceRendering,
+    self, ByName, Changed, Coefficients, EdgeContributions, NearestSurface, Options, PathClass,
+    SourceRendering,
 };
 use sonel_echogram::{Provenance, Response, side_by_side};
 use sonel_geometry::Geometry;
@@ -142,7 +143,7 @@ impl<'a> Job<'a> {
         let parts = parts.map(|(part, some)| {
             let renderings = self.renderings(&renderer, settings, (part, some), &mut found)?;
             let response = response::assemble(map, &renderer, some, &renderings);
-            Ok(Response { provenance: provenance(map, &renderer, settings, &renderings), ..response })
+            Ok(Response { provenance: provenance(map, &renderer, settings, (some, &renderings)), ..response })
         });
         let response = side_by_side(parts.collect::<Result<_>>()?);
         self.at_label(map.require_unchanged())?;
@@ -222,7 +223,7 @@ fn provenance(
     map: &SonelMap,
     renderer: &Renderer<'_>,
     settings: &RenderSettings,
-    renderings: &[Rendering],
+    (receivers, renderings): (&[ReceiverPoint], &[Rendering]),
 ) -> Provenance {
     let header = map.header();
     let (traced, scene) = (&header.settings, &header.scene);
@@ -254,8 +255,14 @@ fn provenance(
         sources: sources.map(|(rendering, source)| of_source(renderer, rendering, source)).collect(),
         volume_m3: renderer.volume(),
         height_m: Some(renderer.height(scene.up)),
+        nearest_surfaces: receivers.iter().map(|receiver| nearest(renderer, receiver)).collect(),
         ..Provenance::default()
     }
+}
+
+fn nearest(renderer: &Renderer<'_>, receiver: &ReceiverPoint) -> NearestSurface {
+    let (distance_m, material) = renderer.nearest_surface(receiver);
+    NearestSurface { distance_m, material: material.to_owned() }
 }
 
 /// Materials and directivities in use.
