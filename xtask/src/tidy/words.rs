@@ -5,7 +5,7 @@
 use super::tree::{Finding, SourceFile, Tree};
 
 /// Most words of `docs/` and of the pages at the root.
-const BUDGET: usize = 33_500;
+const BUDGET: usize = 33_600;
 
 /// The budget, if the pages exceed it.
 pub(super) fn budget(tree: &Tree) -> Vec<Finding> {
