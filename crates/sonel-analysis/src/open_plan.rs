@@ -49,7 +49,6 @@ pub struct Line {
 
 impl Line {
     /// Its numbers with their symbols, units and keys.
-    #[must_use]
     pub fn numbers(&self) -> [(&'static str, &'static str, &ParameterValue); 5] {
         [
             ("D2,S [dB]", "decay_rate_d2s_db", &self.decay_rate_db),

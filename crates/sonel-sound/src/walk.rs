@@ -183,7 +183,7 @@ impl Walk<'_> {
         let mut sums = vec![vec![0.0; self.section.len()]; channels];
         let bands = LazyLock::new(|| self.bands());
         let blocks: Vec<usize> = self.section.clone().step_by(BLOCK).collect();
-        let stands = |begin: &usize| self.at(*begin).1 == self.at(begin + BLOCK).1;
+        let stands = |begin: &usize| self.at(begin + BLOCK).1 <= self.at(*begin).1;
         for stretch in blocks.chunk_by(|before, after| stands(before) && stands(after)) {
             let begin = stretch[0];
             let parts = if stretch.len() * BLOCK > self.synthesizer.samples {

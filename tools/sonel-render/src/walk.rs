@@ -9,9 +9,9 @@ use glam::DVec3;
 use sonel::scenes::CompiledScene;
 use sonel::sound::{Recording, resample, write_part};
 use sonel::{Observer, ReceiverPoint, Response, Route, SoundOptions, Waypoint};
-use sonel_console::output::{Complete, Kind, Output, make_folder};
 use sonel_console::follower::Follower;
 use sonel_console::input;
+use sonel_console::output::{Complete, Kind, Output, make_folder};
 
 use crate::arguments::Arguments;
 use crate::receivers::read_csv;

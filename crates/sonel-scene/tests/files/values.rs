@@ -189,7 +189,9 @@ fn absorption_of_a_sample_is_read_as_that_of_a_wall() {
 #[test]
 fn people_absorb_by_their_number() {
     let read = |people: &str| {
-        let text = format!("shoebox = [10, 7, 3]\nsources = [{{ position = [2, 2, 1.5] }}]\n[materials.walls]\nabsorption = 0.1\npeople = {people}");
+        let text = format!(
+            "shoebox = [10, 7, 3]\nsources = [{{ position = [2, 2, 1.5] }}]\n[materials.walls]\nabsorption = 0.1\npeople = {people}"
+        );
         load(&text, "scene.toml", &mut |_| panic!("a shoebox opens no mesh"))
     };
     let at_500_hz = |people: &str| read(people).unwrap().scene.materials[0].absorption[3];

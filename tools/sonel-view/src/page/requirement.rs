@@ -75,7 +75,9 @@ impl Requirement {
 
 fn judgement(target: &Criterion, subject: &Subject) -> Judgement {
     let factor = target.quantity.heading().2;
-    let judged = match target.judged(&subject.echograms().center_frequency_hz, &subject.echograms().provenance) {
+    let judged = match target
+        .judged(&subject.echograms().center_frequency_hz, &subject.echograms().provenance)
+    {
         Ok(judged) => judged,
         Err(reason) => return Judgement { verdict: format!("does not apply: {reason}"), bands: Vec::new() },
     };
