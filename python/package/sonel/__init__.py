@@ -1455,6 +1455,8 @@ class Response(_Managed):
             Bad input, or a response without directions that are needed.
         """
         order, head, microphones = _channels(ambix=ambix, hrtf=hrtf, array=array)
+        if not isinstance(aim, (bool, np.bool_)):
+            raise Error(f"aim is {_input.shown(aim)}: True or False")
         if aim and order is None:
             raise Error("aim turns the axes of ambisonics: give ambix, or leave it out")
         seconds = None if within is None else float(_input.numbers(within, "within", "seconds after direct sound, 0 or more", ()))

@@ -146,7 +146,7 @@ pub struct Listen {
     /// Other sample rates are converted to that of the response.
     #[arg(value_name = "RECORDING.wav")]
     pub recording: PathBuf,
-    /// Gain, the same for all that are compared [dB].
+    /// Gain of all that are compared [dB].
     ///
     /// -200 … 200 dB.
     #[arg(long, value_name = "dB", default_value_t = 0, allow_negative_numbers = true, value_parser = clap::value_parser!(i16).range(-200..=200))]

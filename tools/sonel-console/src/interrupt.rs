@@ -138,9 +138,11 @@ fn end(message: std::fmt::Arguments<'_>, code: i32) -> ! {
         let _ = std::fs::remove_file(file);
     }
     let mut log = std::io::stderr();
-    // Below the progress bar, or what other threads, which failed too, are just writing; in one piece because of them, and there may be no memory.
-    let line = if code == 2 || log.is_terminal() { "\n" } else { "" };
-    let begin = if code == 0 { "" } else { "error: " };
+    // Below the progress bar.
+    let line = if log.is_terminal() { "\n" } else { "" };
+    // A failure begins its own line.
+    let begin = if matches!(code, 0 | 2) { "" } else { "error: " };
+    // In one piece: other threads may be writing that they failed, too, and there may be no memory.
     let mut text = std::io::Cursor::new([0; 512]);
     let _ = writeln!(text, "{line}{begin}{message}");
     let _ = log.write_all(&text.get_ref()[..text.position() as usize]);

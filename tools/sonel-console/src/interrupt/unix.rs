@@ -32,14 +32,14 @@ thread_local! {
     static WAITS_HERE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What failed, and what to do. It takes no memory, because there may be none.
+/// What failed, and what to do. It takes no memory, because there may be none; that is said below what other threads are just writing.
 fn found() -> Option<&'static str> {
     match SIGNAL.load(Ordering::SeqCst) {
         libc::SIGBUS => Some(
-            "an input was truncated or became unreadable (bus error): do not change it during the run, check the disk, and run the command again",
+            "error: an input was truncated or became unreadable (bus error): do not change it during the run, check the disk, and run the command again",
         ),
         libc::SIGABRT => Some(
-            "the program was aborted; if memory is short, take fewer --threads or a wider --bin, divide the run or its receivers (--shard), or allow more memory (ulimit -v)",
+            "\nerror: the program was aborted; if memory is short, take fewer --threads or a wider --bin, divide the run or its receivers (--shard), or allow more memory (ulimit -v)",
         ),
         _ => None,
     }
