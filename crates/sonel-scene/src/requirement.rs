@@ -31,7 +31,7 @@ pub struct Requirement {
     /// Band [Hz], lowest and highest part of the value.
     #[serde(default)]
     bands: Vec<[f64; 3]>,
-    /// Bands [Hz] whose mean is judged: the first of these sets that a response has.
+    /// Bands [Hz] whose mean is judged: of these sets that of which a response has most.
     #[serde(default)]
     pub means: Vec<Vec<f64>>,
 }
