@@ -26,14 +26,24 @@ fn rooms_between_solids_have_volume_area_and_walls_of_thin_shells() {
     assert_none(&all(0..BUILDINGS).flat_map(of).collect::<Vec<String>>());
 }
 
-#[test]
-fn image_sources_between_solids_are_those_of_thin_shells() {
+fn assert_same_images(effects: &[&str]) {
     let of = |(seed, style)| {
         let mut building = SolidBuilding::new(seed);
         let mesh = building.solids(style, None);
-        building.image_faults(mesh, ORDER).into_iter().map(move |fault| format!("{seed} {style:?}: {fault}"))
+        let faults = building.image_faults(mesh, ORDER, effects).into_iter();
+        faults.map(move |fault| format!("{seed} {style:?}: {fault}"))
     };
     assert_none(&all(0..WITH_IMAGES).flat_map(of).collect::<Vec<String>>());
+}
+
+#[test]
+fn image_sources_between_solids_are_those_of_thin_shells() {
+    assert_same_images(&[]);
+}
+
+#[test]
+fn by_default_effects_they_are_too() {
+    assert_same_images(&["diffraction", "boundary"]);
 }
 
 /// The sibling: a wall between two rooms is missing.
@@ -57,5 +67,5 @@ fn image_sources_of_another_material_are_others() {
     let mut mesh = building.solids(Style::Butted, None);
     let slabs = mesh.triangles.iter_mut().filter(|triangle| triangle.material == 0);
     slabs.for_each(|triangle| triangle.material = 2);
-    assert!(!building.image_faults(mesh, 1).is_empty());
+    assert!(!building.image_faults(mesh, 1, &[]).is_empty());
 }

@@ -46,6 +46,7 @@ pub(crate) struct Conformed {
 pub(crate) fn conform(mesh: &mut Mesh, tolerance: f64) -> Conformed {
     let mut points = None;
     let mut changed: Option<HashSet<u32>> = None;
+    let mut on_sides = OnSides::default();
     let mut drawn: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
     let mut crossings = Vec::new();
     for pass in 0..PASSES {
@@ -53,15 +54,16 @@ pub(crate) fn conform(mesh: &mut Mesh, tolerance: f64) -> Conformed {
         if pass == 0 {
             crossings.extend(meetings.iter().filter_map(Meeting::crossing));
         }
-        if meetings.is_empty() {
+        if meetings.is_empty() && on_sides.is_empty() {
             break;
         }
         let points = points.get_or_insert_with(|| Points::new(tolerance, &mesh.vertices));
-        let parts = divided(mesh, points, &meetings, tolerance);
+        let parts = divided(mesh, points, &meetings, std::mem::take(&mut on_sides), tolerance);
         if parts.is_empty() {
             break;
         }
-        changed = Some(replace(mesh, &mut drawn, parts, tolerance));
+        let mut closing = Closing { points, on_sides: &mut on_sides };
+        changed = Some(replace(mesh, &mut drawn, parts, &mut closing, tolerance));
     }
     if points.is_some() {
         overhangs::cut_off(mesh, &mut drawn);
@@ -72,10 +74,15 @@ pub(crate) fn conform(mesh: &mut Mesh, tolerance: f64) -> Conformed {
 /// Triangles that are divided, each with its parts.
 type Parts = Vec<(u32, Vec<[u32; 3]>)>;
 
-/// Divides the triangles that meet others; `points` gets the new corners.
-fn divided(mesh: &mut Mesh, points: &mut Points, meetings: &[Meeting], tolerance: f64) -> Parts {
+/// Divides the triangles that meet others, or have corners `on_sides`; `points` gets the new corners.
+fn divided(
+    mesh: &mut Mesh,
+    points: &mut Points,
+    meetings: &[Meeting],
+    mut on_sides: OnSides,
+    tolerance: f64,
+) -> Parts {
     let mut groups = grouped(mesh, points, meetings);
-    let mut on_sides = OnSides::default();
     for lines in &mut groups {
         lines.divide(mesh, points, tolerance, &mut on_sides);
     }
@@ -127,20 +134,27 @@ fn beside<'a>(mesh: &'a Mesh, on_sides: &'a OnSides) -> impl Iterator<Item = u32
 
 /// Puts parts in the place of the triangles they are of; returns the triangles that have changed.
 ///
-/// A part lower than the tolerance is left out, as a triangle that is drawn so is: its normal would be rounding. The triangle on its longest
-/// side has its apex on that side then, and counts as changed.
-fn replace(mesh: &mut Mesh, drawn: &mut Vec<u32>, mut parts: Parts, tolerance: f64) -> HashSet<u32> {
+/// A part lower than the tolerance is left out, as a triangle that is drawn so is: its normal would be rounding. What is beside it counts as
+/// changed.
+fn replace(
+    mesh: &mut Mesh,
+    drawn: &mut Vec<u32>,
+    mut parts: Parts,
+    closing: &mut Closing<'_>,
+    tolerance: f64,
+) -> HashSet<u32> {
     parts.sort_by_key(|(face, _)| *face);
     let mut changed = HashSet::default();
     let mut left_out: HashSet<[u32; 2]> = HashSet::default();
-    for (face, mut parts) in parts {
+    for (face, parts) in parts {
         let whole = mesh.triangles[face as usize];
-        parts.retain(|&corners| {
-            let is_kept = has_area(corners.map(|corner| mesh.vertices[corner as usize]), tolerance);
-            left_out
-                .extend(crate::MeshTriangle { corners, ..whole }.sides().into_iter().filter(|_| !is_kept));
-            is_kept
-        });
+        let has_area =
+            |corners: &[u32; 3]| has_area(corners.map(|corner| mesh.vertices[corner as usize]), tolerance);
+        let (parts, flat): (Vec<[u32; 3]>, Vec<[u32; 3]>) = parts.into_iter().partition(has_area);
+        for corners in flat {
+            left_out.extend(crate::MeshTriangle { corners, ..whole }.sides());
+            closing.close(mesh, corners, &parts);
+        }
         for (at, corners) in parts.into_iter().enumerate() {
             let index = if at == 0 { face } else { mesh.triangles.len() as u32 };
             let part = crate::MeshTriangle { corners, ..whole };
@@ -161,4 +175,44 @@ fn replace(mesh: &mut Mesh, drawn: &mut Vec<u32>, mut parts: Parts, tolerance: f
         );
     }
     changed
+}
+
+/// Corners by which the next pass closes the gaps of parts that are left out.
+struct Closing<'a> {
+    points: &'a mut Points,
+    on_sides: &'a mut OnSides,
+}
+
+impl Closing<'_> {
+    /// Closes the gap of a `flat` part: its apex is on its longest side. The part beyond that side gets a corner opposite to the apex, since a
+    /// narrow strip with corners on one side alone has no triangles but flat ones.
+    fn close(&mut self, mesh: &Mesh, flat: [u32; 3], parts: &[[u32; 3]]) {
+        let place = |corner: u32| mesh.vertices[corner as usize];
+        let (side, apex) = sides(flat)
+            .max_by(|a, b| length(mesh, a.0).total_cmp(&length(mesh, b.0)))
+            .expect("a triangle has sides");
+        self.on_sides.entry(side).or_default().push(apex);
+        let is_beyond = |part: &&[u32; 3]| side.iter().all(|end| part.contains(end)) && !part.contains(&apex);
+        let others = parts.iter().find(is_beyond).into_iter().flat_map(|&part| sides(part));
+        for (other, _) in others.filter(|(other, _)| *other != side) {
+            let [from, to] = other.map(place);
+            let share = (place(apex) - from).dot(to - from) / from.distance_squared(to);
+            if share > 0.0 && share < 1.0 {
+                let foot = self.points.join(from.lerp(to, share));
+                self.on_sides.entry(other).or_default().push(foot);
+            }
+        }
+    }
+}
+
+/// The sides of a triangle, the lower corner first, each with the corner opposite to it.
+fn sides(corners: [u32; 3]) -> impl Iterator<Item = ([u32; 2], u32)> {
+    (0..3).map(move |at| {
+        let [from, to, apex] = [0, 1, 2].map(|step| corners[(at + step) % 3]);
+        ([from.min(to), from.max(to)], apex)
+    })
+}
+
+fn length(mesh: &Mesh, [from, to]: [u32; 2]) -> f64 {
+    mesh.vertices[from as usize].distance(mesh.vertices[to as usize])
 }

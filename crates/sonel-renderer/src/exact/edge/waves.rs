@@ -25,6 +25,8 @@ const IN_FRONT: f64 = 0.1;
 const NEAREST: f64 = 1e-3;
 /// Distance of a path from the ends of an edge, as a share of its length [1]: off the faces there.
 const OFF_THE_ENDS: f64 = 2e-4;
+/// The same of the rays that tell whether it is clear [1]: a hair off the edge, they pass the faces at its ends down to a milliradian.
+const SEEN_OFF_THE_ENDS: f64 = 0.01;
 
 /// Computes contributions at a receiver.
 pub(super) struct Waves<'a> {
@@ -103,7 +105,7 @@ impl<'a> Waves<'a> {
         let part = both(images[0].parts[index], images[1].parts[index])?;
         let [from, to] = [edge.wedge.locate(images[0].displaced)?, edge.wedge.locate(images[1].displaced)?];
         let over = inside(&edge.wedge, part, apex(from, to));
-        let path = self.clear(contribution, &[edge], &[over + edge.off], [over; 2], None)?;
+        let path = self.clear(contribution, &[edge], &[edge.beside(over, part)], [over; 2], None)?;
         let passed = PassedEdge { edge, over, ends: images.map(|image| image.position), points: [from, to] };
         let (sides, groups) = self.sides(&path, &[passed]);
         let group = groups[0].expect("a path has its own group");
@@ -146,7 +148,7 @@ impl<'a> Waves<'a> {
         let points = [wedges[0].locate(displaced[0])?, wedges[1].locate(displaced[1])?];
         let crossings = crossings([of(0), of(1)], points);
         let places = [0, 1].map(|edge| inside(&both[edge].wedge, parts[edge], crossings[edge]));
-        let hairs = [0, 1].map(|edge| places[edge] + both[edge].off);
+        let hairs = [0, 1].map(|edge| both[edge].beside(places[edge], parts[edge]));
         let path = self.clear(contribution, &both, &hairs, places, Some(pair))?;
         let face_path = self.over_face([of(0), of(1)], displaced, points)?;
         let amplitudes = face_path.amplitudes(all.spectrum.wave_numbers());
@@ -178,14 +180,14 @@ impl<'a> Waves<'a> {
         let joined = &all.joined[contribution.between];
         let wedges = joined.wedges(both);
         let parts = [
-            PartOfEdge { wedge: &wedges[0], part: off_the_ends(images[0].parts[edges[0]]?) },
-            PartOfEdge { wedge: &wedges[1], part: off_the_ends(images[1].parts[edges[1]]?) },
+            PartOfEdge { wedge: &wedges[0], part: off_the_ends(images[0].parts[edges[0]]?, OFF_THE_ENDS) },
+            PartOfEdge { wedge: &wedges[1], part: off_the_ends(images[1].parts[edges[1]]?, OFF_THE_ENDS) },
         ];
         let displaced = [images[0].displaced, joined.image(images[1].displaced)];
         let way = PairWay::new(parts, displaced)?;
         let places = [way.places[0], joined.image(way.places[1])];
-        let path =
-            self.clear(contribution, &both, &[0, 1].map(|edge| places[edge] + both[edge].off), places, None)?;
+        let hairs = [0, 1].map(|edge| both[edge].beside(places[edge], parts[edge].part));
+        let path = self.clear(contribution, &both, &hairs, places, None)?;
         let pair = EdgePair::new(parts, displaced, &way, all.spectrum.range())?;
         let passed = [0, 1].map(|edge| {
             let ends = match edge {
@@ -455,14 +457,23 @@ fn sum(terms: &[Complex; WAVES]) -> Complex {
 
 /// The place at `along` within the part of an edge [m].
 fn inside(wedge: &Wedge, part: [f64; 2], along: f64) -> DVec3 {
-    let [from, to] = off_the_ends(part);
+    let [from, to] = off_the_ends(part, OFF_THE_ENDS);
     wedge.at(along.clamp(from, to))
 }
 
-/// A part of an edge [m] without what is next to its ends, where other faces begin.
-fn off_the_ends([from, to]: [f64; 2]) -> [f64; 2] {
-    let margin = OFF_THE_ENDS * (to - from);
+/// A part of an edge [m] without a `share` of it next to its ends, where other faces begin.
+fn off_the_ends([from, to]: [f64; 2], share: f64) -> [f64; 2] {
+    let margin = share * (to - from);
     [from + margin, to - margin]
+}
+
+impl RoomEdge {
+    /// A hair off the edge, in the middle of its air, by a place on a part of it [m].
+    fn beside(&self, place: DVec3, part: [f64; 2]) -> DVec3 {
+        let [from, to] = off_the_ends(part, SEEN_OFF_THE_ENDS);
+        let along = (place - self.wedge.at(0.0)).dot(self.wedge.direction());
+        self.wedge.at(along.clamp(from, to)) + self.off
+    }
 }
 
 /// By how much [rad] a wave turns about `edge` that seems to come from the image in `face`: π on the image's boundary.
