@@ -169,7 +169,8 @@ fn a_result_beyond_all_floats_is_refused() {
     let folder = test_folder();
     let loud = Recording { sample_rate_hz: 48_000, channels: vec![vec![3e38; 64]] };
     write(&folder, "loud.wav", &loud);
-    let error = analyze(&folder, &["listen", "loud.wav", "loud.wav", "-o", "heard.wav"]).unwrap_err();
+    let line = ["auralise", "loud.wav", "--recording", "loud.wav", "-o", "./heard"];
+    let error = analyze(&folder, &line).unwrap_err();
     assert!(error.to_string().contains("lower the level of"), "{error}");
 }
 
@@ -179,15 +180,61 @@ fn a_recording_is_heard_through_the_room_at_its_own_rate_and_level() {
     let mut click = vec![0.0; 24_000];
     click[0] = 0.5;
     write(&folder, "click.wav", &Recording { sample_rate_hz: 48_000, channels: vec![click.clone()] });
-    analyze(&folder, &["listen", FILE, "click.wav", "-o", "heard.wav"]).unwrap();
-    let (response, received) = (read(&folder, FILE), read(&folder, "heard.wav"));
+    let hear = |recording: &str| {
+        let line = ["auralise", FILE, "--recording", recording, "--gain", "0", "-o", "./heard"];
+        analyze(&folder, &line).unwrap();
+        read(&folder, "heard/heard.wav")
+    };
+    let (response, received) = (read(&folder, FILE), hear("click.wav"));
     for (sample, (response, received)) in response.channels[0].iter().zip(&received.channels[0]).enumerate() {
         assert!((0.5 * response - received).abs() < 1e-7, "sample {sample}");
     }
     write(&folder, "slow.wav", &Recording { sample_rate_hz: 24_000, channels: vec![click] });
-    analyze(&folder, &["listen", FILE, "slow.wav", "-o", "heard.wav"]).unwrap();
-    let slow = read(&folder, "heard.wav");
+    let slow = hear("slow.wav");
     assert_eq!((slow.sample_rate_hz, slow.channels[0].len()), (48_000, 48_000 + 48 * 600));
+}
+
+/// Energy and peak of a file of one channel.
+fn loudness(folder: &TestFolder, name: &str) -> (f64, f32) {
+    let samples = &read(folder, name).channels[0];
+    let energy = samples.iter().map(|sample| f64::from(*sample).powi(2)).sum();
+    (energy, samples.iter().fold(0.0, |peak, sample| sample.abs().max(peak)))
+}
+
+/// Two designs: what is heard of them has the ratio of their responses, and the louder one nearly reaches full scale.
+#[test]
+fn a_recording_has_one_gain_in_all_designs() {
+    let folder = rendered();
+    let hard = ["--set", "materials.walls.absorption=0.02", "--rays", "64"];
+    render(&folder, "a.sonelmap", "hard.npz", &hard).unwrap();
+    let clicks: Vec<f32> = (0..9000).map(|at| if at % 2999 == 0 { 0.3 } else { 0.0 }).collect();
+    let click = Recording { sample_rate_hz: 48_000, channels: vec![clicks.clone()] };
+    write(&folder, "clicks.wav", &click);
+    let hear = |designs: &[&str], to: &[&str]| {
+        analyze(&folder, &[&["auralise"], designs, &["--recording", "clicks.wav"], to].concat()).unwrap()
+    };
+    let table = hear(&["a.npz", "hard.npz"], &["-o", "./both"]);
+    let [soft, hard] = ["1-a", "2-hard"].map(|name| format!("1-speaker_1-listener_{name}"));
+    let [soft_file, hard_file] = [&soft, &hard].map(|name| format!("both/{name}.wav"));
+    let ((soft_energy, soft_peak), (hard_energy, hard_peak)) =
+        (loudness(&folder, &soft_file), loudness(&folder, &hard_file));
+    let most = soft_peak.max(hard_peak);
+    assert!(most <= 1.0 && most > 10_f32.powf(-0.05), "{most}");
+    // Alone and without gain: the same files but for one factor.
+    for (design, name, energy) in [("a.npz", "a", soft_energy), ("hard.npz", "hard", hard_energy)] {
+        hear(&[design], &["-o", &format!("./{name}"), "--gain", "0"]);
+        let (bare, _) = loudness(&folder, &format!("{name}/1-speaker_1-listener.wav"));
+        let recorded: f64 = clicks.iter().map(|sample| f64::from(*sample).powi(2)).sum();
+        let row = table.lines().find(|line| line.contains(&format!("-{name} "))).expect("a row");
+        let stated: f64 = row.split_whitespace().nth(1).unwrap().parse().unwrap();
+        assert!((10.0 * (bare / recorded).log10() - stated).abs() < 0.051, "{row}: {bare} {recorded}");
+        let gain = 10.0 * (energy / bare).log10();
+        assert!((gain - gain.round()).abs() < 1e-3, "{gain}");
+    }
+    assert!(hard_energy > 1.2 * soft_energy, "{hard_energy} {soft_energy}");
+    write(&folder, "silence.wav", &Recording { sample_rate_hz: 48_000, channels: vec![vec![0.0; 99]] });
+    let line = ["auralise", "a.npz", "--recording", "silence.wav", "-o", "./silent"];
+    assert!(analyze(&folder, &line).unwrap_err().to_string().contains("nothing is heard"));
 }
 
 #[test]
@@ -203,17 +250,27 @@ fn what_cannot_be_heard_is_refused_and_nothing_is_lost() {
         let error = format!("{:#}", analyze(&folder, words).unwrap_err());
         assert!(error.contains(message), "{words:?}: {error}");
     };
-    refused(&["listen", FILE, "stereo.wav", "-o", "heard.wav"], "2 channels: mix them to one");
-    refused(&["listen", FILE, "text.wav", "-o", "heard.wav"], "text.wav: this is not a WAV file");
-    refused(&["listen", FILE, "none.wav", "-o", "heard.wav"], "none.wav");
-    refused(&["listen", FILE, "stereo.wav", "-o", "text.wav"], "exists and is not a WAV file");
-    refused(&["listen", FILE, "stereo.wav", "-o", "heard.mp3"], "does not end in .wav");
+    for (recording, to, message) in [
+        ("stereo.wav", "./heard", "2 channels: mix them to one"),
+        ("text.wav", "./heard", "text.wav: this is not a WAV file"),
+        ("none.wav", "./heard", "none.wav"),
+        ("stereo.wav", "text.wav", "is not a folder"),
+    ] {
+        refused(&["auralise", FILE, "--recording", recording, "-o", to], message);
+    }
+    refused(&["auralise", FILE, "-o", "./heard"], "is an impulse response already");
+    folder.write("heard/heard.wav", "no sound");
+    let line = ["auralise", FILE, "--recording", "stereo.wav", "-o", "./heard"];
+    refused(&line, "exists and is not a WAV file");
     refused(&["export", "a.npz", "-o", "table.npz"], "does not end in .csv");
     let error =
         render(&folder, "a.sonelmap", "c.npz", &["--wav", &folder.path("text.wav").display().to_string()]);
     assert!(format!("{:#}", error.unwrap_err()).contains("is not a folder"));
     assert_eq!(folder.text("text.wav"), "no sound");
-    assert!(!folder.path("heard.wav").exists() && !folder.path("c.npz").exists());
+    assert!(folder.text("heard/heard.wav") == "no sound" && !folder.path("c.npz").exists());
+    let sounds = folder.path("sounds").display().to_string();
+    let several = render(&folder, "a.sonelmap", "c.npz", &["--variant", "all", "--wav", &sounds]);
+    assert!(several.unwrap_err().to_string().contains("sonel-analyze auralise A.npz B.npz --recording"));
 }
 
 #[test]
@@ -256,8 +313,7 @@ fn a_stored_response_makes_the_sound_that_its_rendering_made() {
     let sounds = folder.path("wav").display().to_string();
     render(&folder, "a.sonelmap", "b.npz", &["--wav", &sounds, "--ambix", "1", "--wav-rate", "16000"])
         .unwrap();
-    analyze(&folder, &["auralise", "b.npz", "--wav", "./again", "--ambix", "1", "--wav-rate", "16000"])
-        .unwrap();
+    analyze(&folder, &["auralise", "b.npz", "-o", "./again", "--ambix", "1", "--wav-rate", "16000"]).unwrap();
     for name in ["1-speaker_1-listener.wav", "1-speaker_1-listener_ambix1.wav"] {
         assert_eq!(folder.bytes(&format!("wav/{name}")), folder.bytes(&format!("again/{name}")), "{name}");
     }
@@ -270,7 +326,7 @@ fn a_stored_response_makes_the_sound_that_its_rendering_made() {
     refused(&["a.npz", "--wav", "./again", "--ambix", "1"], "a.npz: ");
     refused(&["a.sonelmap", "--wav", "./again"], "is a sonel map");
     refused(&["a.npz", "--wav", "a.npz"], "is not a folder");
-    refused(&["a.npz"], "--wav <DIR>");
+    refused(&["a.npz"], "--output <DIR>");
 }
 
 #[test]

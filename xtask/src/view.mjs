@@ -147,6 +147,9 @@ try {
     return samples.some((sample) => Math.abs(sample) > 1e-3);
   }, null, PATIENCE);
   measured.latency_ms.sound = Date.now() - played;
+  // A was kept before: both are heard with its gain.
+  await page.waitForFunction(() => hearing.before && !byId("hearing").hidden, null, PATIENCE);
+  await page.waitForFunction(() => Math.abs(hearing.chains.at(-1).level.gain.value * Math.sqrt(energies(hearing.before)[0]) / 0.35 - 1) < 1e-3, null, PATIENCE);
   await page.click("#stop");
 
   // Steady noise on the left channel of a file, through responses that change five times a second: both ears hear it, and nothing dips or swells.

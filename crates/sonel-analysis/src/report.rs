@@ -10,18 +10,23 @@ pub use self::beside::{BesideBlock, Column, beside_blocks, beside_csv, beside_js
 pub use self::csv::csv;
 pub use self::json::{estimate, json, receivers};
 pub use self::means::{means_csv, means_json, means_table};
-pub use self::table::{by_materials, digits, table};
+pub use self::table::{Notes, by_materials, cell, digits, table};
+
+use std::ops::RangeBounds;
 
 use comfy_table::{CellAlignment, Table, presets};
 
-/// Rows below a head in columns of text, the first `left` of them aligned to the left and all others to the right.
+/// `rows` below their `head`, whose columns of `numbers` are aligned to the right. Every line ends with a line feed.
 #[must_use]
-pub fn aligned(head: Vec<String>, rows: Vec<Vec<String>>, left: usize) -> String {
+pub fn aligned(
+    head: impl IntoIterator<Item = impl ToString>,
+    rows: impl IntoIterator<Item = impl IntoIterator<Item = String>>,
+    numbers: impl RangeBounds<usize>,
+) -> String {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING).set_header(head).add_rows(rows);
-    for column in table.column_iter_mut().skip(left) {
+    for (_, column) in (0..).zip(table.column_iter_mut()).filter(|(index, _)| numbers.contains(index)) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
-    lines.join("\n")
+    table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
 }

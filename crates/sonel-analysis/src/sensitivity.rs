@@ -112,11 +112,10 @@ pub fn tables(found: &[Sensitivity], wanted: &[Parameter], centers: &[f64]) -> S
             let cells = (0..centers.len())
                 .map(|band| cell(own.iter().filter_map(|one| one.slopes[band]), CHANGE * factor));
             let first = [material.clone(), coefficient.to_string(), format!("{noticed:.2}")];
-            first.into_iter().chain(cells).collect()
+            first.into_iter().chain(cells).collect::<Vec<_>>()
         };
-        let rows = ranking(found, parameter).into_iter().map(row).collect();
-        let table = aligned(head.collect(), rows, 2);
-        text += &format!("change of {symbol} [{unit}] for {CHANGE} more\n{table}\n\n");
+        let table = aligned(head, ranking(found, parameter).into_iter().map(row), 2..);
+        text += &format!("change of {symbol} [{unit}] for {CHANGE} more\n{table}\n");
     }
     text + "means over the receivers; ±: half-width of the 95 % interval; JND: just-noticeable difference; –: no derivative (no packet depends on the coefficient)\n"
 }

@@ -31,6 +31,9 @@ pub struct Requirement {
     /// Band [Hz], lowest and highest part of the value.
     #[serde(default)]
     bands: Vec<[f64; 3]>,
+    /// What the value may lie beyond these ends, in its unit.
+    #[serde(default)]
+    tolerance: f64,
     /// Bands [Hz] whose mean is judged: of these sets that of which a response has most.
     #[serde(default)]
     pub means: Vec<Vec<f64>>,
@@ -46,7 +49,7 @@ pub enum State {
     Unoccupied,
 }
 
-/// Rooms of some volumes or heights, with the line of the value over their logarithm.
+/// Rooms of some volumes or heights, with the value as a function of these: slope · lg + `cube_root` · ∛ + offset.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Rooms {
@@ -54,6 +57,9 @@ struct Rooms {
     height: Option<[f64; 2]>,
     #[serde(default)]
     slope: f64,
+    #[serde(default)]
+    cube_root: f64,
+    #[serde(default)]
     offset: f64,
 }
 
@@ -107,7 +113,9 @@ impl Requirement {
             let found = found.ok_or_else(|| format!("the response states no {what}"))?;
             let [least, most] = ends;
             if (least..=most).contains(&found) {
-                return Ok(rooms.slope * libm::log10(found) + rooms.offset);
+                return Ok(rooms.slope * libm::log10(found)
+                    + rooms.cube_root * libm::cbrt(found)
+                    + rooms.offset);
             }
             outside.push((format!("{what} {found:.0} {unit} outside "), unit, ends));
         }
@@ -128,7 +136,7 @@ impl Requirement {
             return Some([0.0, value]);
         }
         let [_, low, high] = self.bands.iter().find(|[of, ..]| of.total_cmp(&hz).is_eq())?;
-        Some([low * value, high * value])
+        Some([low * value - self.tolerance, high * value + self.tolerance])
     }
 }
 
@@ -152,6 +160,8 @@ mod tests {
             (value("din18041-b3", height(2.4)), 0.163 / 0.2),
             (value("din18041-b3", height(4.0)), 0.163 * (3.13 + 4.69 * 0.60206)),
             (value("ansi-s12.60", volume(300.0)), 0.7),
+            (value("ebu-3276", volume(100.0)), 0.25),
+            (value("ebu-3276", volume(409.6)), 0.4),
         ] {
             assert!((found - expected).abs() < 1e-3, "{found} instead of {expected}");
         }
@@ -160,6 +170,8 @@ mod tests {
             assert!((value(name, height(2.5)) - value(name, height(2.5001))).abs() < 2e-3, "{name}");
         }
         assert!(shipped()["vdi2569-b"].range(125.0, volume(90.0)) == Some([0.0, 0.9]));
+        let [low, high] = shipped()["ebu-3276"].range(250.0, volume(100.0)).expect("a range");
+        assert!((low - 0.2).abs() < 1e-4 && (high - 0.3).abs() < 1e-4, "{low} {high}");
     }
 
     #[test]

@@ -72,10 +72,8 @@ pub enum Command {
     Plot(Plot),
     /// Write one HTML file that opens offline: room, echograms, parameters, effects, provenance.
     Report(Report),
-    /// Write impulse responses of a response as WAV files, as sonel-render --wav does.
+    /// Write impulse responses of responses, or a recording heard through them, as WAV files.
     Auralise(Auralise),
-    /// Convolve a recording with an impulse response of sonel-render --wav.
-    Listen(Listen),
     /// Interaural cross-correlation (IACC) of binaural impulse responses: early, late and all, per octave.
     Iacc(IaccArguments),
     /// Measure error against CPU time of a scene for several settings.
@@ -112,16 +110,28 @@ pub struct Report {
 
 /// `auralise`.
 #[derive(Debug, Clone, Args)]
-#[command(mut_arg("wav", |wav| wav.required(true)), after_long_help = "Example:
+#[command(mut_arg("wav", |wav| wav.required(true).short('o').long("output").alias("wav")), after_long_help = "Example:
   sonel-render hall.sonelmap -o hall.npz --directions
-  sonel-analyze auralise hall.npz --wav impulses --ambix 3
+  sonel-analyze auralise hall.npz -o impulses --ambix 3
+  sonel-analyze auralise before.npz after.npz --recording speech.wav -o heard
 
-With the seed of the rendering the files are those of sonel-render --wav, byte for byte.")]
+With the seed of the rendering impulse responses are those of sonel-render --wav, byte for byte.")]
 pub struct Auralise {
-    /// The response.
-    #[arg(value_name = "RESPONSE.npz")]
-    pub response: PathBuf,
-    /// Where impulse responses are written, and how.
+    /// Responses; with --recording also impulse responses.
+    #[arg(value_name = "RESPONSE.npz|IR.wav", required = true)]
+    pub files: Vec<PathBuf>,
+    /// Recording to hear instead of impulse responses.
+    ///
+    /// A dry one of one channel; other sample rates are converted. All files have the same gain, and a table states their levels re the
+    /// recording at 1 m from the source in a free field.
+    #[arg(long, value_name = "DRY.wav")]
+    pub recording: Option<PathBuf>,
+    /// Gain of all files [dB] [default: to full scale].
+    ///
+    /// -200 … 200 dB. By default the loudest file has its peak within 1 dB below full scale; 0 keeps the level of the recording.
+    #[arg(long, value_name = "dB", requires = "recording", allow_negative_numbers = true, value_parser = clap::value_parser!(i16).range(-200..=200))]
+    pub gain: Option<i16>,
+    /// Where files are written, and how.
     #[command(flatten)]
     pub sound: SoundArguments,
     /// Seed of late sound [default: of the rendering].
@@ -129,33 +139,12 @@ pub struct Auralise {
     pub seed: Option<u64>,
 }
 
-/// `listen`.
-#[derive(Debug, Clone, Args)]
-#[command(after_long_help = "Example:
-  sonel-render hall.sonelmap -o hall.npz --wav impulses
-  sonel-analyze listen 'impulses/1-stage_3-stalls rear.wav' speech.wav \\
-    -o heard.wav
-
-Nothing is normalised: at 1 m from the source in a free field the recording keeps its level.")]
-pub struct Listen {
-    /// An impulse response.
-    #[arg(value_name = "IR.wav")]
-    pub impulse_response: PathBuf,
-    /// Dry recording of one channel.
-    ///
-    /// Other sample rates are converted to that of the response.
-    #[arg(value_name = "RECORDING.wav")]
-    pub recording: PathBuf,
-    /// Gain of all that are compared [dB].
-    ///
-    /// -200 … 200 dB.
-    #[arg(long, value_name = "dB", default_value_t = 0, allow_negative_numbers = true, value_parser = clap::value_parser!(i16).range(-200..=200))]
-    pub gain: i16,
-    /// WAV file to write.
-    ///
-    /// 32-bit float. An existing file is replaced when the new one is complete.
-    #[arg(short, long, value_name = "HEARD.wav")]
-    pub output: PathBuf,
+impl Auralise {
+    /// Where files are written.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        self.sound.wav.as_deref().expect("the folder is required")
+    }
 }
 
 /// `iacc`.
@@ -287,7 +276,7 @@ pub struct Diff {
     #[arg(long, num_args = 2, value_names = ["RECEIVER", "RECEIVER"])]
     pub between: Vec<String>,
     /// List all differences beyond noise.
-    #[arg(long, conflicts_with_all = ["json", "format"])]
+    #[arg(long, conflicts_with = "json")]
     pub list: bool,
     /// Table or JSON.
     #[command(flatten)]
@@ -464,24 +453,15 @@ pub struct Verify {
     pub map: PathBuf,
 }
 
-/// `--format` and `--json` of commands whose tables are not CSV.
+/// `--json` of commands that print tables for people.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Printed {
-    /// Output format.
-    #[arg(long, value_enum, default_value_t = TableOrJson::Table)]
-    format: TableOrJson,
-    /// As --format json.
+    /// Print JSON.
     #[arg(long)]
     json: bool,
 }
 
 impl Printed {
-    /// Whether JSON is wanted.
-    #[must_use]
-    pub fn is_json(self) -> bool {
-        self.json || self.format == TableOrJson::Json
-    }
-
     /// Prints what is wanted.
     ///
     /// # Errors
@@ -492,17 +472,8 @@ impl Printed {
         json: impl FnOnce() -> Value,
         text: impl FnOnce() -> String,
     ) -> std::io::Result<()> {
-        if self.is_json() { writeln!(out, "{:#}", json()) } else { write!(out, "{}", text()) }
+        if self.json { writeln!(out, "{:#}", json()) } else { write!(out, "{}", text()) }
     }
-}
-
-/// `--format` without CSV.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum TableOrJson {
-    /// Aligned columns for people.
-    Table,
-    /// One JSON object.
-    Json,
 }
 
 /// `--format`.

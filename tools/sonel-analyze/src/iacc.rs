@@ -5,9 +5,9 @@ use std::path::Path;
 
 use anyhow::Context;
 use serde_json::{Value, json};
+use sonel::analysis::report::aligned;
 use sonel::sound::Iacc;
 use sonel_console::Outcome;
-use sonel_console::table::aligned;
 
 use crate::arguments::IaccArguments;
 use crate::open;
@@ -28,14 +28,11 @@ pub(crate) fn run(arguments: &IaccArguments, out: &mut dyn Write) -> anyhow::Res
             sonel::sound::iacc(&open::recording(path)?).with_context(|| path.display().to_string())?;
         read.push((path.as_path(), found));
     }
-    if arguments.printed.is_json() {
-        let all: Vec<Value> = read.iter().map(|(path, found)| of_file(path, found)).collect();
-        writeln!(out, "{}", json!({ "recordings": all }))?;
-    } else {
-        for (path, found) in &read {
-            writeln!(out, "{}: direct sound at {:.4} s\n{}", path.display(), found.onset, table(found))?;
-        }
-    }
+    let all = || read.iter().map(|(path, found)| of_file(path, found)).collect::<Vec<Value>>();
+    let text = |(path, found): &(&Path, Iacc)| {
+        format!("{}: direct sound at {:.4} s\n{}\n", path.display(), found.onset, table(found))
+    };
+    arguments.printed.print(out, || json!({ "recordings": all() }), || read.iter().map(text).collect())?;
     Ok(Outcome::Done)
 }
 

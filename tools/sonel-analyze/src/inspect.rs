@@ -4,6 +4,7 @@ mod edges;
 pub(crate) mod map;
 mod response;
 
+use std::fmt::Write as _;
 use std::io::Write;
 
 use sonel_console::Outcome;
@@ -11,6 +12,9 @@ use sonel_console::artifact::Artifact;
 
 use crate::arguments::Inspect;
 use crate::open;
+
+/// Lines of listings of surfaces, orders and edges; JSON has all.
+const LISTED: usize = 12;
 
 /// Prints what a map or a response holds.
 ///
@@ -29,4 +33,12 @@ pub(crate) fn run(arguments: &Inspect, out: &mut dyn Write) -> anyhow::Result<Ou
         }
     }
     Ok(Outcome::Done)
+}
+
+/// Says how many of `count` rows a listing leaves out.
+fn omitted(text: &mut String, count: usize, what: &str) {
+    if count > LISTED {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "           … and {} more {what}: --json lists all", count - LISTED);
+    }
 }

@@ -7,7 +7,6 @@ mod export;
 mod iacc;
 mod image;
 mod inspect;
-mod listen;
 mod merge;
 mod open;
 mod open_plan;
@@ -24,8 +23,8 @@ use sonel::version::version;
 use sonel_console::{Log, Outcome, speak_as, use_threads};
 
 pub use arguments::{
-    Arguments, Auralise, Command, Diff, Export, Format, IaccArguments, Image, Inspect, Listen, Merge,
-    Parameters, Plot, Report, Verify, What,
+    Arguments, Auralise, Command, Diff, Export, Format, IaccArguments, Image, Inspect, Merge, Parameters,
+    Plot, Report, Verify, What,
 };
 
 /// Version of this program: the revision is that of what it renders.
@@ -52,8 +51,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         Command::Report(Report { files, output, heard, head }) => {
             sonel_view::freeze(files, output, heard, head, None, arguments.quiet, log)
         }
-        Command::Auralise(auralise) => auralise::run(auralise, log),
-        Command::Listen(listen) => listen::run(listen, log),
+        Command::Auralise(auralise) => auralise::run(auralise, out, log),
         Command::Iacc(recordings) => iacc::run(recordings, out),
         Command::Tradeoff(tradeoff) => tradeoff::run(tradeoff, arguments.quiet, out, log),
     }

@@ -4,11 +4,12 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, Error, bail};
 use sonel::analysis::survey::{Survey, survey};
 use sonel::echograms::Echograms;
 use sonel::geometry::Geometry;
 use sonel::map::SonelMap;
+use sonel::names::place;
 use sonel::sound::Recording;
 use sonel_console::artifact::{self, Artifact};
 use sonel_console::{input, spelled};
@@ -87,6 +88,15 @@ pub(crate) fn map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
     let map = SonelMap::open(&file(path)?).with_context(named)?;
     let geometry = map.header().scene.geometry().with_context(named)?;
     Ok((map, geometry))
+}
+
+/// Index of the `wanted` one among `names` of sources or receivers of the response in `path`.
+///
+/// # Errors
+/// When there is none, with those that there are.
+pub(crate) fn place_of(path: &Path, what: &str, names: &[String], wanted: &str) -> anyhow::Result<usize> {
+    let none = format!("{} has no {what}", path.display());
+    place(names.iter().map(String::as_str), wanted, &none).map_err(Error::msg)
 }
 
 /// The sound in `path`.

@@ -9,13 +9,11 @@ use sonel::analysis::ParameterValue;
 use sonel::analysis::comparison::{Pairing, difference};
 use sonel::analysis::modulation::Talk;
 use sonel::analysis::open_plan::{Line, SPEECH_POWER_LEVEL_DB, line};
-use sonel::analysis::report;
+use sonel::analysis::report::{self, Notes, aligned, cell};
 use sonel::drawing::plot::{Axis, Mark, Panel, Point, Series, Sheet};
 use sonel::echograms::{Echograms, Provenance};
-use sonel::names::place;
 use sonel_console::Outcome;
 use sonel_console::artifact::stem;
-use sonel_console::table::aligned;
 
 use crate::arguments::OpenPlan;
 use crate::open;
@@ -77,19 +75,12 @@ struct Office {
 impl Office {
     fn read(path: &Path, arguments: &OpenPlan, log: &mut dyn Write) -> anyhow::Result<Self> {
         let response = open::response(path)?;
-        let find = |what: &str, names: &[String], wanted: &str| {
-            place(names.iter().map(String::as_str), wanted, &format!("{} has no {what}", path.display()))
-                .map_err(anyhow::Error::msg)
-        };
         let source = match &arguments.source {
-            Some(name) => find("source", &response.source_names, name)?,
+            Some(name) => open::place_of(path, "source", &response.source_names, name)?,
             None => 0,
         };
-        let named: Vec<usize> = arguments
-            .receivers
-            .iter()
-            .map(|name| find("receiver", &response.receiver_names, name))
-            .collect::<anyhow::Result<_>>()?;
+        let find = |name: &String| open::place_of(path, "receiver", &response.receiver_names, name);
+        let named = arguments.receivers.iter().map(find).collect::<anyhow::Result<Vec<usize>>>()?;
         let receivers = if named.is_empty() { (0..response.receivers()).collect() } else { named };
         check_twice(&receivers, &response)?;
         let power_level_db = Some(arguments.speech.unwrap_or(SPEECH_POWER_LEVEL_DB));
@@ -145,12 +136,12 @@ impl Losses {
                 self.title
             );
         }
-        let mut reasons = Vec::new();
+        let mut notes = Notes::default();
         let rows = self.places.iter().map(|(name, distance, loss)| {
-            [name.clone(), format!("{distance:.2}"), cell(loss, 1, &mut reasons)]
+            [name.clone(), format!("{distance:.2}"), cell(loss, 1.0, &mut notes)]
         });
         let lines = aligned(["receiver", "r [m]", "A-weighted insertion loss [dB]"], rows, 1..);
-        format!("{}\n{lines}{}", self.title, reasons.join("\n"))
+        format!("{}\n{lines}{}", self.title, notes.text())
     }
 }
 
@@ -226,42 +217,23 @@ fn object(line: &Line, source: &str) -> Value {
 }
 
 fn table(line: &Line, source: &str) -> String {
-    let mut reasons = Vec::new();
+    let mut notes = Notes::default();
     let rows = line.places.iter().map(|place| {
-        let [level, index] = [(&place.speech_level_db, 1), (&place.speech_transmission_index, 3)]
-            .map(|(estimate, digits)| cell(estimate, digits, &mut reasons));
+        let [level, index] = [&place.speech_level_db, &place.speech_transmission_index]
+            .map(|estimate| cell(estimate, 1.0, &mut notes));
         [place.name.clone(), format!("{:.2}", place.distance), level, index]
     });
     let lines = aligned(["receiver", "r [m]", "Lp,A,S [dB]", "STI"], rows, 1..);
     let singles: String = line
         .numbers()
         .into_iter()
-        .map(|(symbol, _, estimate)| format!("{symbol}: {}\n", cell(estimate, 2, &mut reasons)))
+        .map(|(symbol, _, estimate)| format!("{symbol}: {}\n", cell(estimate, 1.0, &mut notes)))
         .collect();
-    reasons.dedup();
-    let reasons: String = reasons.into_iter().map(|reason| format!("{reason}\n")).collect();
     let level = line.propagation().map_or_else(String::new, |levels| levels + "\n");
     format!(
-        "line from source \"{source}\"\n{lines}{singles}{level}±: half-width of the 95 % interval\n{GOOD}\n{reasons}"
+        "line from source \"{source}\"\n{lines}{singles}{level}±: half-width of the 95 % interval\n{GOOD}\n{}",
+        notes.text()
     )
-}
-
-fn cell(estimate: &ParameterValue, digits: usize, reasons: &mut Vec<String>) -> String {
-    let estimate = match estimate {
-        Ok(estimate) => estimate,
-        Err(reason) => {
-            reasons.push(format!("–: {reason}"));
-            return "–".to_owned();
-        }
-    };
-    reasons.extend(estimate.warning.clone());
-    match &estimate.interval {
-        Ok([low, high]) => {
-            let half = (high - estimate.value).max(estimate.value - low);
-            format!("{:.digits$} ±{half:.digits$}", estimate.value)
-        }
-        Err(_) => format!("{:.digits$}", estimate.value),
-    }
 }
 
 #[cfg(test)]

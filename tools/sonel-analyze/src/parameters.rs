@@ -87,14 +87,14 @@ fn read(
 fn print(arguments: &Parameters, read: &Read, out: &mut dyn Write) -> anyhow::Result<()> {
     let Read { subject: Subject { parameters, .. }, title, shares, .. } = read;
     match arguments.format {
-        Format::Table if arguments.mean => {
-            write!(out, "{}{}", report::means_table(parameters, title), seats::text(shares))?;
-        }
         Format::Csv if arguments.mean => report::means_csv(parameters, &mut *out)?,
         Format::Json => writeln!(out, "{:#}", json_of(arguments, read))?,
         Format::Table => {
-            write!(out, "{}", report::table(parameters, title, arguments.heard.noise.is_some()))?;
-            write!(out, "{}", seats::text(shares))?;
+            let table = match arguments.mean {
+                true => report::means_table(parameters, title),
+                false => report::table(parameters, title, arguments.heard.noise.is_some()),
+            };
+            write!(out, "{table}{}", seats::text(shares))?;
         }
         Format::Csv => report::csv(parameters, &mut *out)?,
     }

@@ -11,7 +11,7 @@ use sonel::analysis::receiver::parameters_at;
 use sonel::analysis::{Parameter, ReceiverParameters};
 use sonel::drawing::plot::{self, Panel, PlotError, Sheet};
 use sonel::echograms::Echograms;
-use sonel::names::{band, place};
+use sonel::names::band;
 use sonel_console::Outcome;
 use sonel_console::artifact::{Artifact, stem};
 use sonel_console::output::{Kind, Output, has_ending};
@@ -129,10 +129,7 @@ impl Subject {
         let find = |what: &str, names: &[String], wanted: Option<&String>| match wanted {
             None if names.is_empty() => bail!("{} holds no {what}", path.display()),
             None => Ok(0),
-            Some(wanted) => {
-                place(names.iter().map(String::as_str), wanted, &format!("{} has no {what}", path.display()))
-                    .map_err(anyhow::Error::msg)
-            }
+            Some(wanted) => open::place_of(path, what, names, wanted),
         };
         // A measurement is of one source at one receiver, whatever they are called.
         let named = |name: &'_ Option<String>| name.clone().filter(|_| !response.is_measured());

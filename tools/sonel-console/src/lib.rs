@@ -13,7 +13,6 @@ pub mod output;
 pub mod progress;
 pub mod receiver;
 pub mod shard;
-pub mod table;
 pub mod uncertainty;
 
 use std::cell::RefCell;

@@ -60,7 +60,7 @@ impl Kind {
     pub const PAGE: Self = Self::new("a page of sonel-view", "html", |begin| {
         String::from_utf8_lossy(begin).contains("content=\"sonel-view\"")
     });
-    /// What render --wav and listen write: 32-bit float samples. Recordings of integers are never taken for it.
+    /// What render --wav and auralise write: 32-bit float samples. Recordings of integers are never taken for it.
     pub const SOUND: Self = Self::new("a WAV file of 32-bit float samples", "wav", is_float_sound);
     /// What plot and tradeoff draw.
     pub const DRAWING: Self = Self::new("a drawing of sonel-analyze (SVG)", "svg", |begin| {

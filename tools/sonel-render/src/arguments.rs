@@ -161,7 +161,7 @@ pub struct Arguments {
     ///
     /// A variant [variants.NAME] of the scene file, or all. It is written to RESPONSE-NAME.npz, beside the response with the
     /// materials of the scene. --materials and --set apply to each.
-    #[arg(long = "variant", value_name = "NAME", requires = "output", conflicts_with_all = ["plan", "until", "wav", "json"])]
+    #[arg(long = "variant", value_name = "NAME", requires = "output", conflicts_with_all = ["plan", "until", "json"])]
     pub variants: Vec<String>,
     /// Change materials by a file.
     ///

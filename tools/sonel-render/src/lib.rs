@@ -23,7 +23,7 @@ use sonel_console::{Log, Outcome, speak_as, use_threads};
 use walk::Walk;
 
 pub use arguments::Arguments;
-pub use sound::{SoundArguments, SoundFiles};
+pub use sound::{SoundArguments, SoundFiles, complete, numbered};
 pub use walk::dry;
 
 /// Runs the program: data to `out`, everything else to `log`.
@@ -52,11 +52,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     let further = variants.iter().map(|(_, path)| create(path)).collect::<anyhow::Result<Vec<_>>>()?;
     let names = prepared.receivers().iter().map(|receiver| receiver.name.as_str());
     let sources = scene.sources.iter().map(|source| source.name.as_str());
-    let sounds = match &walk {
-        Some(_) => None,
-        None => SoundFiles::of(&arguments.sound, sources, names)?,
-    };
-    walk.as_ref().map(Walk::check).transpose()?;
+    let folder = arguments.sound.wav.as_deref().filter(|_| walk.is_none());
+    let files = |folder| SoundFiles::of((folder, ""), &arguments.sound, sources, numbered(names));
+    let sounds = folder.map(files).transpose()?;
     let plan = arguments.plan.then(|| follower.result(prepared.plan(&follower))).transpose()?;
     if let Some(plan) = plan.as_ref().filter(|_| !arguments.json) {
         write!(out, "{}", tables::map_table(plan, map.label()))?;
@@ -81,13 +79,13 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         }
     }
     if let Some(sounds) = &sounds {
-        complete.extend(sounds.complete(&rendered.response, None)?);
+        complete.extend(sounds.each(&rendered.response, None, sound::complete)?);
     }
     if let Some(walk) = &walk {
         complete.extend(walk.complete(&rendered.response, (arguments.seed, arguments.at_most), &follower)?);
     }
     output::publish(complete)?;
-    let files = walk.as_ref().map(|walk| counted(walk.count(), "walk"));
+    let files = walk.as_ref().map(|walk| counted(walk.files.count(), "walk"));
     let files = files.or(sounds.as_ref().map(|sounds| counted(sounds.count(), "impulse response")));
     if let (Some(files), Some(folder)) = (files, &arguments.sound.wav) {
         follower.line(&format!("{files} written to {}", folder.display()))?;
@@ -126,6 +124,11 @@ fn variants(
     scene: &sonel::scenes::CompiledScene,
 ) -> anyhow::Result<Vec<(String, PathBuf)>> {
     let Some(output) = &arguments.output else { return Ok(Vec::new()) };
+    if !arguments.variants.is_empty() && arguments.sound.wav.is_some() {
+        bail!(
+            "--variant writes several responses, --wav the sound of one: leave --wav out, then hear all responses with one gain: sonel-analyze auralise A.npz B.npz --recording SPEECH.wav -o FOLDER"
+        )
+    }
     let known: Vec<&String> = scene.designs.iter().map(|design| &design.name).collect();
     let mut names: Vec<&String> = Vec::new();
     for name in &arguments.variants {

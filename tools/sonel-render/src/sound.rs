@@ -15,13 +15,13 @@ use crate::receivers;
 /// Impulse responses in a folder.
 #[derive(Debug, Clone, Args)]
 pub struct SoundArguments {
-    /// Folder for impulse responses (WAV).
+    /// Folder for WAV files.
     ///
-    /// A file for each source and receiver: 32-bit float pressure, direct sound 1/r, sample 0 at the emission. The folder is
+    /// An impulse response for each source and receiver: 32-bit float pressure, direct sound 1/r, sample 0 at the emission. The folder is
     /// created if it does not exist.
     #[arg(long, value_name = "DIR")]
     pub wav: Option<PathBuf>,
-    /// Sample rate of --wav [Hz].
+    /// Sample rate of WAV files [Hz].
     ///
     /// 8000 … 192000. Responses are made at this rate; do not convert them like recordings.
     #[arg(long, value_name = "HZ", requires = "wav", default_value_t = SAMPLE_RATE_HZ, value_parser = clap::value_parser!(u32).range(i64::from(*SAMPLE_RATES_HZ.start())..=i64::from(*SAMPLE_RATES_HZ.end())), allow_negative_numbers = true)]
@@ -108,21 +108,22 @@ impl Heard {
 
 /// The files of a folder: impulse responses of every source and receiver, and what is written beside those at single points.
 pub struct SoundFiles<'a> {
-    /// The folder.
-    pub folder: &'a Path,
-    /// Names of sources and receivers, as file names hold them.
+    folder: &'a Path,
+    /// Names of sources and receivers, as file names hold them, and what follows these.
     sources: Vec<String>,
     receivers: Vec<String>,
-    heard: Heard,
+    suffix: String,
+    pub(crate) heard: Heard,
     /// Samples per second.
-    sample_rate_hz: u32,
+    pub sample_rate_hz: u32,
 }
 
 /// Longest part of a name that a file name takes over: file systems allow 255 bytes in all.
 const LONGEST: usize = 40;
 
 /// Names with their numbers from 1, which tell them apart where characters that file names cannot hold are replaced.
-pub(crate) fn numbered<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> Vec<String> {
+#[must_use]
+pub fn numbered<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> Vec<String> {
     let digits = names.len().to_string().len();
     let plain = |name: &str| -> String {
         let allowed = |c: char| if c.is_alphanumeric() || " .-".contains(c) { c } else { '_' };
@@ -132,21 +133,21 @@ pub(crate) fn numbered<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> Vec
 }
 
 impl<'a> SoundFiles<'a> {
-    /// Impulse responses that are asked for, if any, of sources and receivers of these names. Checks that the folder may be made or used, and
-    /// that no file in it is lost.
+    /// Files of sources of these names at receivers that file names call so. Checks that the folder may be made or used, and that no file in it is lost.
     ///
     /// # Errors
     /// When the folder cannot be used, a file in it is an input or none of ours, or the HRTF or the array cannot be read.
     pub fn of<'b>(
-        arguments: &'a SoundArguments,
+        (folder, suffix): (&'a Path, &str),
+        arguments: &SoundArguments,
         sources: impl ExactSizeIterator<Item = &'b str>,
-        receivers: impl ExactSizeIterator<Item = &'b str>,
-    ) -> anyhow::Result<Option<Self>> {
-        let Some(folder) = &arguments.wav else { return Ok(None) };
+        receivers: Vec<String>,
+    ) -> anyhow::Result<Self> {
         let files = Self {
             folder,
             sources: numbered(sources),
-            receivers: numbered(receivers),
+            receivers,
+            suffix: suffix.to_owned(),
             heard: Heard::of(arguments)?,
             sample_rate_hz: arguments.wav_rate,
         };
@@ -157,7 +158,7 @@ impl<'a> SoundFiles<'a> {
                 paths.try_for_each(|path| Output::try_create(&path, Kind::SOUND))?;
             }
         }
-        Ok(Some(files))
+        Ok(files)
     }
 
     /// How many pairs of source and receiver.
@@ -166,27 +167,40 @@ impl<'a> SoundFiles<'a> {
     }
 
     /// The file of a pair, with what its name ends with: `1-stage_2-seat 12.wav`, number and name of the source and of the receiver.
-    fn path(&self, (s, r): (usize, usize), end: &str) -> PathBuf {
-        self.folder.join(format!("{}_{}{end}.wav", self.sources[s], self.receivers[r]))
+    pub(crate) fn path(&self, (s, r): (usize, usize), end: &str) -> PathBuf {
+        self.folder.join(format!("{}_{}{}{end}.wav", self.sources[s], self.receivers[r], self.suffix))
     }
 
-    /// Completes the files of all impulse responses of a response; `seed` is that of the waves of late sound, by default that of the rendering.
+    /// What `take` makes of each file and its impulse response; `seed` is that of the waves of late sound, by default that of the
+    /// rendering.
     ///
     /// # Errors
-    /// When the response has no directions that are needed, does not state which one is up, or a file cannot be written.
-    pub fn complete(&self, response: &Response, seed: Option<u64>) -> anyhow::Result<Vec<Complete>> {
+    /// When the response has no directions that are needed or does not state which one is up. The errors of `take`.
+    pub fn each<T: Send>(
+        &self,
+        response: &Response,
+        seed: Option<u64>,
+        take: impl Fn(&Path, &Recording) -> anyhow::Result<T> + Sync,
+    ) -> anyhow::Result<Vec<T>> {
         let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz, ..SoundOptions::default() };
         let (ends, channels): (Vec<String>, Vec<Channels<'_>>) = self.heard.channels().into_iter().unzip();
-        let complete = |path: &Path, channels| {
-            let recording = Recording { sample_rate_hz: self.sample_rate_hz, channels };
-            Output::create(path, Kind::SOUND, &[])?.complete(|out| recording.write(out))
-        };
         let of_pairs = response.each_pair(&channels, options, &Silent, |pair, all| {
-            let files = ends.iter().zip(all).map(|(end, channels)| complete(&self.path(pair, end), channels));
-            files.collect::<anyhow::Result<Vec<Complete>>>()
+            let take = |(end, channels): (&String, _)| {
+                let recording = Recording { sample_rate_hz: self.sample_rate_hz, channels };
+                take(&self.path(pair, end), &recording)
+            };
+            ends.iter().zip(all).map(take).collect::<anyhow::Result<Vec<T>>>()
         })?;
         Ok(of_pairs.into_iter().flatten().collect())
     }
+}
+
+/// Completes the file of a `recording`.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn complete(path: &Path, recording: &Recording) -> anyhow::Result<Complete> {
+    Output::create(path, Kind::SOUND, &[])?.complete(|out| recording.write(out))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! What a listener hears of a recording along a path, as WAV files in a folder.
 
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, bail};
@@ -11,67 +11,42 @@ use sonel::sound::{Recording, resample, write_part};
 use sonel::{Observer, ReceiverPoint, Response, Route, SoundOptions, Waypoint};
 use sonel_console::follower::Follower;
 use sonel_console::input;
-use sonel_console::output::{Complete, Kind, Output, make_folder};
+use sonel_console::output::{Complete, Kind, Output};
 
 use crate::arguments::Arguments;
 use crate::receivers::read_csv;
-use crate::sound::{Heard, numbered};
+use crate::sound::SoundFiles;
 
 /// A path with what is heard along it.
 pub(crate) struct Walk<'a> {
     path: Route,
     spacing: f64,
-    folder: &'a Path,
-    /// Names of the sources, as file names hold them.
-    sources: Vec<String>,
-    /// The recording at the sample rate of the responses.
+    /// The recording at the sample rate of the files.
     signal: Vec<f32>,
-    heard: Heard,
-    sample_rate_hz: u32,
+    /// Those of each source.
+    pub(crate) files: SoundFiles<'a>,
 }
 
 impl<'a> Walk<'a> {
-    /// The walk that is asked for, if any.
+    /// The walk that is asked for, if any. Checks that its files may be written.
     pub(crate) fn of(arguments: &'a Arguments, scene: &CompiledScene) -> anyhow::Result<Option<Self>> {
         let (Some(file), Some(recording), Some(folder)) =
             (&arguments.path, &arguments.recording, &arguments.sound.wav)
         else {
             return Ok(None);
         };
-        let sample_rate_hz = arguments.sound.wav_rate;
+        let sources = scene.sources.iter().map(|source| source.name.as_str());
         Ok(Some(Self {
             path: read(file)?,
             spacing: arguments.path_spacing,
-            folder,
-            sources: numbered(scene.sources.iter().map(|source| source.name.as_str())),
-            signal: dry(recording, sample_rate_hz)?.0,
-            heard: Heard::of(&arguments.sound)?,
-            sample_rate_hz,
+            signal: dry(recording, arguments.sound.wav_rate)?,
+            files: SoundFiles::of((folder, ""), &arguments.sound, sources, vec!["walk".to_owned()])?,
         }))
     }
 
     /// The places that are rendered, named by the length of the path up to them.
     pub(crate) fn receivers(&self) -> Vec<ReceiverPoint> {
         sonel::places(&self.path, self.spacing)
-    }
-
-    /// Checks that the folder may be made or used, and that no file in it is lost.
-    pub(crate) fn check(&self) -> anyhow::Result<()> {
-        make_folder(self.folder)?;
-        for (end, _) in self.heard.channels() {
-            let mut paths = self.sources.iter().map(|source| self.file(source, &end));
-            paths.try_for_each(|path| Output::try_create(&path, Kind::SOUND))?;
-        }
-        Ok(())
-    }
-
-    /// How many sources are heard.
-    pub(crate) fn count(&self) -> usize {
-        self.sources.len()
-    }
-
-    fn file(&self, source: &str, end: &str) -> PathBuf {
-        self.folder.join(format!("{source}_walk{end}.wav"))
     }
 
     /// Completes the files of all sources. A walk that at its pace takes longer than `at_most` [s] is given up.
@@ -81,18 +56,19 @@ impl<'a> Walk<'a> {
         (seed, at_most): (Option<u64>, f64),
         follower: &Follower<'_>,
     ) -> anyhow::Result<Vec<Complete>> {
-        let options = SoundOptions { seed, sample_rate_hz: self.sample_rate_hz, ..SoundOptions::default() };
-        let all = self.heard.channels();
-        let (begun, count) = (Instant::now(), all.len() * self.sources.len());
+        let rate = self.files.sample_rate_hz;
+        let options = SoundOptions { seed, sample_rate_hz: rate, ..SoundOptions::default() };
+        let all = self.files.heard.channels();
+        let (begun, count) = (Instant::now(), all.len() * self.files.count());
         let mut complete = Vec::new();
         for (end, channels) in &all {
-            for (s, source) in self.sources.iter().enumerate() {
+            for s in 0..self.files.count() {
                 let route = (s, &self.path, self.spacing);
-                let output = Output::create(&self.file(source, end), Kind::SOUND, &[])?;
+                let output = Output::create(&self.files.path((s, 0), end), Kind::SOUND, &[])?;
                 let (file, mut written) = (complete.len(), 0);
                 complete.push(output.complete(|out| {
                     let take = |frames: usize, section: Vec<Vec<f32>>| {
-                        write_part(out, &mut written, frames, self.sample_rate_hz, &section)?;
+                        write_part(out, &mut written, frames, rate, &section)?;
                         let share = (file as f64 + written as f64 / frames as f64) / count as f64;
                         let _ = follower.progress("walking", share);
                         in_time(begun.elapsed().as_secs_f64() / share, at_most)
@@ -115,18 +91,18 @@ fn in_time(seconds: f64, at_most: f64) -> sonel::Result<()> {
     )]))
 }
 
-/// The recording of one channel in `path` at `rate` [Hz], and its own rate.
+/// The recording of one channel in `path`, converted to `rate` [Hz].
 ///
 /// # Errors
 /// When the file cannot be read, is no such recording, or has a rate of none.
-pub fn dry(path: &Path, rate: u32) -> anyhow::Result<(Vec<f32>, u32)> {
+pub fn dry(path: &Path, rate: u32) -> anyhow::Result<Vec<f32>> {
     let label = || path.display().to_string();
     let opened = input::open(path).with_context(|| format!("cannot open {}", label()))?;
     let dry = Recording::read(BufReader::new(opened)).with_context(label)?;
     let [signal] = &dry.channels[..] else {
         bail!("{} has {} channels: mix them to one", label(), dry.channels.len());
     };
-    Ok((resample(signal, dry.sample_rate_hz, rate).with_context(label)?, dry.sample_rate_hz))
+    resample(signal, dry.sample_rate_hz, rate).with_context(label)
 }
 
 /// The path in a CSV file.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use clap::Args;
+use sonel::analysis::report::aligned;
 use sonel::check_file;
 use sonel::checkup::{notes, report};
 use sonel::scenes::checkup::{Air, Checkup, Covering, Room, Times};
@@ -12,7 +13,6 @@ use sonel::scenes::folded;
 use sonel_console::follower::Follower;
 use sonel_console::output::{Kind, Output};
 use sonel_console::quantity::counted;
-use sonel_console::table::aligned;
 use sonel_console::{Common, Log, Outcome};
 
 /// Check a scene before tracing; exit code 1 if there are errors, warnings or faults

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
+use sonel::analysis::report::aligned;
 use sonel::scenes::library::{LibraryEntry, Octaves, read_file, shipped};
-use sonel_console::table::aligned;
 use sonel_console::{Common, Outcome, input};
 
 /// Octaves that are printed [Hz].

@@ -31,7 +31,7 @@ pub(crate) struct New {
     shoebox: Option<[f64; 3]>,
     /// Use of the room.
     ///
-    /// Its target reverberation time (DIN 18041) is stated. A shoebox then has the furniture, ceiling and windows that are
+    /// Its target reverberation time is stated, with the standard. A shoebox then has the furniture, ceiling and windows that are
     /// usual for it.
     #[arg(long, value_parser = PossibleValuesParser::new(Purpose::ALL.map(Purpose::name)))]
     purpose: Option<String>,

@@ -481,20 +481,37 @@ function compare() {
 // A and what it is; differences are shown in just-noticeable differences.
 function keepA(pair) {
   const { kept } = wanted, materials = Object.keys(kept.changes).length ? "changed materials" : "the materials of the map";
-  Object.assign(shown, { kept: pair, keptAt: kept, heardA: same(kept, wish()) ? shown.heard ?? null : null });
+  Object.assign(shown, { kept: pair, keptAt: kept });
   byId("isA").textContent = `A: ${pair.source} → (${kept.listener.join(", ")}) m, ${materials}. Differences in just-noticeable ones (JND).`;
   byId("forget").hidden = false;
-  byId("hearing").hidden = !shown.heardA;
+  setSoundOfA(null);
+  if (hearing?.source) recallSoundOfA();
   showParameters(shown.pair, shown.kept);
 }
 
 function forgetA() {
-  Object.assign(shown, { kept: null, keptAt: null, heardA: null });
-  byId("forget").hidden = byId("hearing").hidden = true;
+  Object.assign(shown, { kept: null, keptAt: null });
+  byId("forget").hidden = true;
   byId("isA").textContent = "";
-  byId("hearA").checked = false;
-  if (shown.heard) hearing.hear(shown.heard);
+  setSoundOfA(null);
   if (shown.pair) showParameters(shown.pair, null);
+}
+
+// What A sounds like; both have its gain from then on.
+function setSoundOfA(samples) {
+  byId("hearing").hidden = !samples;
+  byId("hearA").checked &&= Boolean(samples);
+  if (!hearing) return;
+  hearing.before = samples;
+  if (shown.heard) hearing.hear(byId("hearA").checked ? samples : shown.heard);
+}
+
+async function recallSoundOfA() {
+  const { kept } = wanted;
+  try {
+    const samples = await server.ask("sound", { ...kept, window: `${server.window}A`, batches: null });
+    if (same(kept, wanted.kept)) setSoundOfA(samples);
+  } catch (error) { say(`A: ${error.message}`, true); }
 }
 
 // The A of an address is rendered again.
@@ -525,10 +542,11 @@ function listen() {
     try {
       await hearing.play(signal.value, recording.files[0]);
       await refreshSound();
+      if (wanted.kept && !hearing.before) await recallSoundOfA();
     } catch (error) { say(`The recording cannot be played: ${error.message}`, true); }
   };
   byId("stop").onclick = () => hearing?.stop();
-  byId("hearA").onchange = (event) => hearing?.hear(event.target.checked ? shown.heardA : shown.heard);
+  byId("hearA").onchange = (event) => hearing?.hear(event.target.checked ? hearing.before : shown.heard);
 }
 
 // A quarter of the packets: an interval twice as wide as the listener's is still a fraction of a colour.

@@ -1,4 +1,4 @@
-// Hearing: a dry sound through the impulse responses at the ears, at equal level. While the listener walks, the dry sound goes over from one
+// Hearing: a dry sound through the impulse responses at the ears, at equal level, or with the gain of A where there is one. While the listener walks, the dry sound goes over from one
 // response to the next, whose parts add up to the whole at any time; what has gone into the older ones rings out.
 "use strict";
 const FADE_S = 0.06;
@@ -82,8 +82,8 @@ class Hearing {
     response.copyToChannel(samples.subarray(length), 1);
     const left = energies(samples), faded = now + FADE_S;
     const input = new GainNode(this.context), convolver = new ConvolverNode(this.context, { buffer: response, disableNormalization: true });
-    // Equal level: the energy of the response is 1.
-    const level = new GainNode(this.context, { gain: 0.35 / Math.sqrt(left[0] || 1) });
+    // Equal level: the energy of the response is 1; beside A, that of A.
+    const level = new GainNode(this.context, { gain: 0.35 / Math.sqrt((this.before ? energies(this.before) : left)[0] || 1) });
     this.dry.connect(input).connect(convolver).connect(level).connect(this.out);
     if (older) {
       input.gain.setValueAtTime(0, now).linearRampToValueAtTime(1, faded);

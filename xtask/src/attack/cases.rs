@@ -12,7 +12,7 @@ pub(super) const PROGRAMS: [&str; 11] = [
     "sonel-analyze export {}.sonelmap -o out/x.csv --quiet",
     "sonel-analyze image {}.sonelmap -o out/x.exr --eye 1,1,1.5 --look 3,2,1 --fov 90 --size 160x90 --quiet",
     "sonel-analyze merge {}1.sonelmap {}2.sonelmap -o out/x.sonelmap --quiet",
-    "sonel-analyze listen sounds-{}/1-source_1-seat.wav dry.wav -o out/x.wav --quiet",
+    "sonel-analyze auralise sounds-{}/1-source_1-seat.wav --recording dry.wav -o out/heard --quiet",
 ];
 
 /// Kinds of input: the file, and a command that reads a damaged copy of it, `damaged` with the same ending. Whether what it prints is that of the
@@ -20,7 +20,11 @@ pub(super) const PROGRAMS: [&str; 11] = [
 pub(super) const INPUTS: [(&str, &str, bool); 21] = [
     ("a.sonelmap", "sonel-analyze verify damaged.sonelmap", true),
     ("a.npz", "sonel-analyze parameters damaged.npz --format csv", true),
-    ("dry.wav", "sonel-analyze listen sounds-a/1-source_1-seat.wav damaged.wav -o out/x.wav", false),
+    (
+        "dry.wav",
+        "sonel-analyze auralise sounds-a/1-source_1-seat.wav --recording damaged.wav -o out/heard",
+        false,
+    ),
     (
         "head.sofa",
         "sonel-render a.sonelmap -o out/x.npz --bin 0.05 --rays 16 --wav out/sounds --hrtf damaged.sofa",

@@ -34,6 +34,7 @@ pub(super) fn run() -> Result<usize> {
     for entry in fs::read_dir(root.join(ANSWERS))? {
         pages.push(format!("{ANSWERS}/{}", entry?.file_name().to_string_lossy()));
     }
+    pages.retain(|page| page.ends_with(".md"));
     pages.sort();
     let mut count = 0;
     for page in pages {

@@ -38,7 +38,7 @@ const HOMES: [(&str, &[&str]); 45] = [
     ("clap", &["tools/", "xtask"]),
     ("clap_complete", &["xtask"]),
     ("clap_mangen", &["xtask"]),
-    ("comfy-table", &["crates/sonel-analysis", "tools/"]),
+    ("comfy-table", &["crates/sonel-analysis"]),
     ("cpu-time", &["tools/", "python"]),
     ("csv", &["crates/sonel-analysis", "crates/sonel-scene", "tools/"]),
     ("ctrlc", &["tools/sonel-console"]),

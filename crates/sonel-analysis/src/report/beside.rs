@@ -191,8 +191,8 @@ pub fn beside_table(columns: &[Column], is_mean: bool) -> String {
             Some(name) => format!("at receiver \"{name}\""),
             None => "mean over the receivers".to_owned(),
         };
-        let table = aligned(block.head, block.rows, 1);
-        text += &format!("source \"{}\" {place}\n{table}\n\n", block.source);
+        let table = aligned(block.head, block.rows, 1..);
+        text += &format!("source \"{}\" {place}\n{table}\n", block.source);
     }
     let materials = of_materials(columns.iter().flat_map(|column| &column.parameters));
     format!(

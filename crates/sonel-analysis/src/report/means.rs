@@ -27,12 +27,12 @@ pub fn means_table(parameters: &[ReceiverParameters], title: &str) -> String {
                 let cell = |(parameter, spread): &(Parameter, Spread)| {
                     text(spread, parameter.heading().2, &mut notes)
                 };
-                std::iter::once(band).chain(row.spreads.iter().map(cell)).collect()
+                std::iter::once(band).chain(row.spreads.iter().map(cell)).collect::<Vec<_>>()
             };
-            let table = aligned(head, rows.iter().map(row).collect(), 0);
+            let table = aligned(head, rows.iter().map(row), ..);
             let (source, count) = (&group[0].source, group.len());
             let plural = if count == 1 { "" } else { "s" };
-            format!("{title}source \"{source}\", mean over {count} receiver{plural}\n{table}\n")
+            format!("{title}source \"{source}\", mean over {count} receiver{plural}\n{table}")
         })
         .collect();
     let materials = of_materials(parameters);

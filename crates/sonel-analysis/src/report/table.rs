@@ -68,10 +68,10 @@ fn block(receiver: &ReceiverParameters, title: &str, noise: &str, notes: &mut No
     });
     levels.push_str(&format!("echo criterion: {}\n", echoes.collect::<Vec<_>>().join("; ")));
     format!(
-        "{title}source \"{}\" at receiver \"{}\" ({x}, {y}, {z}) m\n{}\nspeech transmission index, {noise}: {speech}\n{levels}",
+        "{title}source \"{}\" at receiver \"{}\" ({x}, {y}, {z}) m\n{}speech transmission index, {noise}: {speech}\n{levels}",
         receiver.source,
         receiver.name,
-        aligned(head, rows, 0)
+        aligned(head, rows, ..)
     )
 }
 
@@ -140,7 +140,8 @@ fn just_noticeable(parameters: &[Parameter]) -> Vec<String> {
     std::iter::once("JND".to_owned()).chain(differences).collect()
 }
 
-pub(super) fn cell(estimate: &ParameterValue, factor: f64, notes: &mut Notes) -> String {
+/// A value times `factor` with its intervals, and marks of what is to be said of it.
+pub fn cell(estimate: &ParameterValue, factor: f64, notes: &mut Notes) -> String {
     let estimate = match estimate {
         Ok(estimate) => estimate,
         Err(reason) => return format!("–{}", notes.mark(&reason.to_string())),
@@ -188,18 +189,20 @@ pub fn digits(value: f64, half: f64) -> usize {
 const MARK: &str = " [";
 
 /// Remarks, numbered in the order they are first made. Those that differ in numbers alone share one.
-#[derive(Default)]
-pub(super) struct Notes {
+#[derive(Debug, Default)]
+pub struct Notes {
     remarks: Vec<Remark>,
 }
 
+#[derive(Debug)]
 struct Remark {
     first: String,
     has_other_numbers: bool,
 }
 
 impl Notes {
-    pub(super) fn mark(&mut self, remark: &str) -> String {
+    /// The mark of a remark.
+    pub fn mark(&mut self, remark: &str) -> String {
         let index =
             self.remarks.iter().position(|known| without_numbers(&known.first) == without_numbers(remark));
         let index = index.unwrap_or_else(|| {
@@ -211,7 +214,9 @@ impl Notes {
         format!("{MARK}{}]", index + 1)
     }
 
-    pub(super) fn text(&self) -> String {
+    /// All remarks, a line each.
+    #[must_use]
+    pub fn text(&self) -> String {
         let line = |(index, remark): (usize, &Remark)| {
             let more = if remark.has_other_numbers { " (numbers of the first case)" } else { "" };
             format!("[{}] {}{more}\n", index + 1, remark.first)

@@ -10,6 +10,9 @@ use crate::SceneErrors;
 use crate::problem::LineProblem;
 use grid::Problems;
 
+/// Endings of loudspeaker files that are not read: CLF and GLL (docs/decisions.md).
+const NOT_READ: [&str; 4] = [".clf", ".cf1", ".cf2", ".gll"];
+
 /// Reads the balloon of the file called `name`, for `bands`; with what is to be said about it.
 ///
 /// # Errors
@@ -19,6 +22,10 @@ pub fn load_balloon(name: &str, bytes: &[u8], bands: &Bands) -> Result<(Balloon,
 }
 
 pub(crate) fn read(name: &str, bytes: &[u8], bands: &Bands) -> Result<(Balloon, Vec<String>), Problems> {
+    if NOT_READ.iter().any(|ending| has_ending(name, ending)) {
+        let problem = "loudspeaker files in CLF or GLL are not read: export the balloon as .csv or .sofa (docs/formats/directivity.md) and name that file, in the scene or by --set sources.NAME.directivity=FILE.csv";
+        return Err(vec![LineProblem::new(0, problem)]);
+    }
     let is_sofa = has_ending(name, ".sofa");
     let grid = if is_sofa { sofa::read(bytes, bands)? } else { table::read(bytes, bands)? };
     let mut notes = grid.notes;
@@ -42,10 +49,10 @@ fn describe(balloon: &Balloon, bands: &Bands) -> String {
     format!("{azimuths} azimuths, {polars} polar angles; directivity index {}", indices.join(", "))
 }
 
-/// Whether a value of `directivity` names a file.
+/// Whether a value of `directivity` names a file, be it one that is not read.
 #[must_use]
 pub fn is_balloon_file(value: &str) -> bool {
-    has_ending(value, ".csv") || has_ending(value, ".sofa")
+    [".csv", ".sofa"].iter().chain(&NOT_READ).any(|ending| has_ending(value, ending))
 }
 
 fn has_ending(value: &str, ending: &str) -> bool {

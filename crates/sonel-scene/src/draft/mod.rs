@@ -98,7 +98,9 @@ pub fn draft(
         "# Written by sonel-trace new: check what is marked as a guess. Keys: docs/formats/scene.md\n"
             .to_owned();
     if let (Some(purpose), Some(volume)) = (options.purpose, geometry.volume()) {
-        notes.push(format!("target: {}", purpose.target(volume)));
+        let (low, high) = geometry.bounds();
+        let height = (high - low).dot(tried.scene.up.abs());
+        notes.push(format!("target: {}", purpose.target(volume, height)));
     } else if options.purpose.is_some() {
         warnings.push("no target: the mesh is not a closed room and has no volume".to_owned());
     }

@@ -7,7 +7,7 @@ use crate::library::{LibraryEntry, shipped};
 use crate::words::words;
 
 /// Plain entries for names with all these words, the first that fits.
-const ORDINARY: [(&[&str], &str); 30] = [
+const ORDINARY: [(&[&str], &str); 31] = [
     (&["curtain", "wall"], "glass-pane-thick"),
     (&["ceiling", "tile"], "ceiling-mineral-tile-suspended"),
     (&["acoustic", "ceiling"], "ceiling-mineral-tile-suspended"),
@@ -38,6 +38,7 @@ const ORDINARY: [(&[&str], &str); 30] = [
     (&["concrete"], "concrete-smooth"),
     (&["plaster"], "plaster-painted"),
     (&["metal"], "hard-surfaces"),
+    (&["fabric"], "panel-fabric-96kg"),
 ];
 /// Mean absorption at 500 and 1000 Hz [1] above which the kind of a material decides T: plain entries for one word are guesses then. Chosen, not
 /// measured; doubled, no curtain is a guess.
@@ -197,6 +198,7 @@ mod tests {
             ("carpet", "carpet-heavy-on-concrete"),
             ("Carpet_heavy_01", "carpet-heavy-on-concrete"),
             ("Curtains", "?curtain-folded-at-wall"),
+            ("screens fabric", "?panel-fabric-96kg"),
             ("velvet curtain", "curtain-velvet"),
             ("wood floor", "floor-wood"),
             ("oakFloor", "floor-wood"),

@@ -1,6 +1,7 @@
 //! Purposes of rooms and their target reverberation times.
 //!
-//! The target is that of a standard in the octaves 250 … 2000 Hz ([`crate::requirement`]).
+//! The target is that of a standard in the octaves 250 … 2000 Hz ([`crate::requirement`]). DIN 18041 counts restaurants among the rooms for longer
+//! stays (B3), canteens of schools among those with special need of quiet (B5).
 
 use std::str::FromStr;
 
@@ -24,12 +25,24 @@ pub enum Purpose {
     Sport,
     /// Offices of several people.
     Office,
+    /// Restaurants, canteens.
+    Restaurant,
+    /// Control and listening rooms.
+    Studio,
 }
 
 impl Purpose {
     /// All purposes.
-    pub const ALL: [Self; 6] =
-        [Self::Classroom, Self::InclusiveClassroom, Self::Lecture, Self::Music, Self::Sport, Self::Office];
+    pub const ALL: [Self; 8] = [
+        Self::Classroom,
+        Self::InclusiveClassroom,
+        Self::Lecture,
+        Self::Music,
+        Self::Sport,
+        Self::Office,
+        Self::Restaurant,
+        Self::Studio,
+    ];
 
     /// Its name in options.
     #[must_use]
@@ -41,6 +54,8 @@ impl Purpose {
             Self::Music => "music",
             Self::Sport => "sport",
             Self::Office => "office",
+            Self::Restaurant => "restaurant",
+            Self::Studio => "studio",
         }
     }
 
@@ -53,6 +68,8 @@ impl Purpose {
             Self::Music => ["Music room", "musician"],
             Self::Sport => ["Sports hall", "coach"],
             Self::Office => ["Office", "talker"],
+            Self::Restaurant => ["Restaurant", "guest"],
+            Self::Studio => ["Control room", "loudspeaker"],
         }
     }
 
@@ -64,7 +81,8 @@ impl Purpose {
             }
             Self::Music => ["floor-parquet", "plasterboard-ceiling"],
             Self::Sport => ["floor-wood", "plaster-painted"],
-            Self::Office => ["carpet-thin", "plasterboard-ceiling"],
+            Self::Restaurant => ["chairs-wooden", "plasterboard-ceiling"],
+            Self::Office | Self::Studio => ["carpet-thin", "plasterboard-ceiling"],
         }
     }
 
@@ -77,6 +95,8 @@ impl Purpose {
             Self::InclusiveClassroom => "din18041-a4",
             Self::Sport => "din18041-a5",
             Self::Office => "asr-a3.7-open-plan",
+            Self::Restaurant => "din18041-b3",
+            Self::Studio => "ebu-3276",
         }
     }
 
@@ -85,11 +105,11 @@ impl Purpose {
         shipped()[self.requirement()].state == State::Occupied
     }
 
-    /// The target for a room of a volume [m³] in a sentence; outside the volumes that the standard has, why there is none.
+    /// The target for a room of a volume [m³] and height [m] in a sentence; outside the sizes that the standard has, why there is none.
     #[must_use]
-    pub fn target(self, volume: f64) -> String {
+    pub fn target(self, volume: f64, height: f64) -> String {
         let requirement = &shipped()[self.requirement()];
-        let (source, size) = (&requirement.source, Size { volume: Some(volume), height: None });
+        let (source, size) = (&requirement.source, Size { volume: Some(volume), height: Some(height) });
         let time = match requirement.value(size) {
             Ok(time) => time,
             Err(reason) => return format!("none: {source}: {reason}"),
@@ -117,18 +137,20 @@ mod tests {
 
     #[test]
     fn targets_are_those_of_the_standard() {
-        let text = Purpose::Classroom.target(200.0);
-        assert!(text.starts_with("T 0.57 s, within 0.45 … 0.68 s"), "{text}");
-        assert!(Purpose::Sport.target(3000.0).starts_with("T 1.61 s"));
-        assert!(
-            Purpose::Lecture
-                .target(20.0)
-                .starts_with("none: DIN 18041:2016-03, A2: volume 20 m³ outside 50 … 5000 m³")
-        );
-        assert!(
-            Purpose::Office
-                .target(200.0)
-                .starts_with("T at most 0.60 s from 250 to 2000 Hz, empty (ASR A3.7")
-        );
+        for (purpose, volume, expected) in [
+            (Purpose::Classroom, 200.0, "T 0.57 s, within 0.45 … 0.68 s"),
+            (Purpose::Sport, 3000.0, "T 1.61 s"),
+            (Purpose::Lecture, 20.0, "none: DIN 18041:2016-03, A2: volume 20 m³ outside 50 … 5000 m³"),
+            (Purpose::Office, 200.0, "T at most 0.60 s from 250 to 2000 Hz, empty (ASR A3.7"),
+            (
+                Purpose::Restaurant,
+                200.0,
+                "T at most 0.87 s from 250 to 2000 Hz, empty (DIN 18041:2016-03, B3",
+            ),
+            (Purpose::Studio, 100.0, "T 0.25 s, within 0.20 … 0.30 s from 250 to 2000 Hz, empty (EBU Tech"),
+        ] {
+            let text = purpose.target(volume, 3.0);
+            assert!(text.starts_with(expected), "{text}");
+        }
     }
 }

@@ -32,7 +32,7 @@ pub fn draft_shoebox(lengths: [f64; 3], options: &DraftOptions<'_>) -> Result<Dr
     let mut head =
         format!("# {title} of {} m, {} m³. Keys: docs/formats/scene.md\n", sizes.join(" × "), number(volume));
     if let Some(purpose) = options.purpose {
-        let target = format!("target: {}", purpose.target(volume));
+        let target = format!("target: {}", purpose.target(volume, z));
         let _ = writeln!(head, "# {target}");
         notes.push(target);
     }

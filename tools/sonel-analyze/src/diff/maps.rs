@@ -10,6 +10,7 @@ use sonel::analysis::map_comparison::{
 };
 use sonel::map::Difference;
 use sonel_console::Outcome;
+use sonel_console::quantity::list;
 
 use crate::arguments::Diff;
 use crate::open;
@@ -137,7 +138,7 @@ fn listing(beyond: &[&CellDifference], most: usize) -> String {
     if beyond.is_empty() {
         return text;
     }
-    text.push_str("   B/A [dB]      95 % interval      time [ms]  where, bands [Hz]\n");
+    text.push_str("   B/A [dB]      95 % interval      time [ms]  where, bands [Hz], source\n");
     for cell in beyond.iter().take(most) {
         let ratio = match (cell.ratio_db, cell.interval_db) {
             (Some(value), Some([low, high])) => format!("{value:>+11.3}   {low:>+7.3} … {high:>+7.3}"),
@@ -146,11 +147,11 @@ fn listing(beyond: &[&CellDifference], most: usize) -> String {
         };
         let _ = writeln!(
             text,
-            "{ratio}  {:>5.0} … {:>5.0}  {}, {}, source \"{}\"",
+            "{ratio}  {:>5.0} … {:>5.0}  {}; {}; \"{}\"",
             1e3 * cell.window[0],
             1e3 * cell.window[1],
             place(&cell.place),
-            frequencies(&cell.center_frequencies_hz),
+            list(&cell.center_frequencies_hz),
             cell.source
         );
     }
@@ -213,8 +214,4 @@ fn place(place: &Place) -> String {
             format!("surface {number} of \"{material}\", {area:.2} m²")
         }
     }
-}
-
-fn frequencies(center_frequencies_hz: &[f64]) -> String {
-    center_frequencies_hz.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
 }

@@ -67,16 +67,10 @@ fn only(
     file: &Path,
     (from, to): (&str, &str),
 ) -> anyhow::Result<Vec<ReceiverParameters>> {
-    let known: Vec<String> = parameters.iter().map(|parameters| format!("\"{}\"", parameters.name)).collect();
-    let mut chosen: Vec<ReceiverParameters> =
-        parameters.into_iter().filter(|parameters| parameters.name == name).collect();
-    if chosen.is_empty() {
-        bail!("{} has no receiver \"{name}\"; it has {}", file.display(), known.join(", "));
-    }
-    for parameters in &mut chosen {
-        parameters.name = format!("{from} → {to}");
-    }
-    Ok(chosen)
+    let known: Vec<String> = parameters.iter().map(|parameters| parameters.name.clone()).collect();
+    open::place_of(file, "receiver", &known, name)?;
+    let chosen = parameters.into_iter().filter(|parameters| parameters.name == name);
+    Ok(chosen.map(|chosen| ReceiverParameters { name: format!("{from} → {to}"), ..chosen }).collect())
 }
 
 /// Keys of the provenance whose values differ, with both.

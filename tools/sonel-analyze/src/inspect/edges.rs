@@ -5,8 +5,7 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 use sonel::geometry::{AirSector, Edge, Geometry, Side};
 
-/// Edges in the listing; JSON has all.
-const LISTED: usize = 12;
+use super::{LISTED, omitted};
 
 /// A row per edge and sector of air.
 fn rows(geometry: &Geometry) -> impl Iterator<Item = (&Edge, &AirSector)> {
@@ -52,9 +51,7 @@ pub(super) fn text(geometry: &Geometry) -> String {
             kind(sector)
         );
     }
-    if edges.len() > LISTED {
-        let _ = writeln!(text, "           … and {} more edges: --json lists all", edges.len() - LISTED);
-    }
+    omitted(&mut text, edges.len(), "edges");
     text
 }
 

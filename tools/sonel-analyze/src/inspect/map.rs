@@ -10,11 +10,8 @@ use sonel::map::{Fate, MapHeader, hexadecimal};
 use sonel::scenes::{CompiledScene, Region};
 use sonel_console::quantity::list;
 
-use super::edges;
+use super::{LISTED, edges, omitted};
 use crate::open::WalkedMap;
-
-/// Lines of the listing by surface and by order; JSON has all.
-const LISTED: usize = 12;
 
 fn region(region: &Region) -> Value {
     json!({ "name": region.name, "inside_m": region.inside.to_array(), "speed_of_sound": region.speed_of_sound,
@@ -216,12 +213,6 @@ fn deposits(walked: &WalkedMap) -> String {
 
 fn columns(deposit: &Deposit) -> String {
     format!("{:>8}  {:8.6}  {:8.6}", deposit.hits, mean(&deposit.incident), mean(&deposit.absorbed))
-}
-
-fn omitted(text: &mut String, count: usize, what: &str) {
-    if count > LISTED {
-        let _ = writeln!(text, "           … and {} more {what}: --json lists all", count - LISTED);
-    }
 }
 
 fn mean(energies: &[f64]) -> f64 {

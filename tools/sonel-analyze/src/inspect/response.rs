@@ -87,9 +87,7 @@ pub(super) fn text(response: &Echograms) -> String {
         for (key, value) in keys {
             let text = value.to_string();
             match text.chars().count() {
-                count if count > LONGEST => {
-                    line(&key, format!("{count} characters, which --format json prints"));
-                }
+                count if count > LONGEST => line(&key, format!("{count} characters: see --json")),
                 _ => line(&key, text),
             }
         }

@@ -99,11 +99,10 @@ pub(super) fn text(shares: &[Share]) -> String {
 pub(super) fn json(shares: &[Share]) -> Value {
     let mut all = Vec::new();
     for Share { target, source, receivers, bands } in shares {
-        let begin = json!({ "target": target.name, "source": source, "receivers": receivers });
+        let mut entry = json!({ "target": target.name, "source": source, "receivers": receivers });
         match bands {
-            Ok(bands) => all.extend(bands.iter().map(|counts| band_json(begin.clone(), target, counts))),
+            Ok(bands) => all.extend(bands.iter().map(|counts| band_json(entry.clone(), target, counts))),
             Err(reason) => {
-                let mut entry = begin;
                 entry["does_not_apply"] = json!(reason);
                 all.push(entry);
             }
@@ -116,10 +115,7 @@ fn band_json(mut entry: Value, target: &Criterion, counts: &Counts) -> Value {
     let Counts { judged, pass, fail, undecided, without_value } = counts;
     let (_, unit, factor) = target.quantity.heading();
     let finite = |end: f64| end.is_finite().then_some(factor * end);
-    entry["center_frequency_hz"] = json!(match judged.bands[..] {
-        [hz] => Some(hz),
-        _ => None,
-    });
+    entry["center_frequency_hz"] = json!(if let [hz] = judged.bands[..] { Some(hz) } else { None });
     entry["mean_over_hz"] = json!((judged.bands.len() > 1).then_some(&judged.bands));
     entry["unit"] = json!(unit);
     entry["range"] = json!(judged.range.map(finite));

@@ -27,8 +27,8 @@ const LINES: [&str; 22] = [
     "sensitivity a.sonelmap --receiver seat=3,3,1.2",
     "plot a.npz -o out/x.svg",
     "report a.npz a.sonelmap -o out/x.html --noise NR-35",
-    "auralise a.npz --wav out/sounds",
-    "listen sounds/1-stage_~left_1-seat.wav sounds/1-stage_~left_1-seat.wav -o out/x.wav",
+    "auralise a.npz -o out/sounds",
+    "auralise a.npz b.npz --recording sounds/1-stage_~left_1-seat.wav -o out/sounds",
     "iacc sounds/1-stage_~left_1-seat_binaural.wav",
     "tradeoff one.toml -o out/study --packets 64 --repeats 2",
 ];

@@ -355,7 +355,7 @@ fn a_closed_pipe_ends_the_program_quietly() {
 #[test]
 fn what_a_command_reads_is_not_replaced() {
     let folder = TestFolder::with(SCENE);
-    folder.write("dry.wav", "");
-    let said = analyze(&folder, &["listen", "hall.wav", "dry.wav", "-o", "dry.wav"]).refused();
+    folder.write("dry.svg", "");
+    let said = analyze(&folder, &["plot", "hall.npz", "--what", "map", "dry.svg", "-o", "dry.svg"]).refused();
     assert!(said.contains("is an input of this command"), "{said}");
 }

@@ -357,10 +357,8 @@ impl Session {
     /// Entries of the library with all words.
     pub(super) fn materials(&self, wish: &Search) -> Result<Answer, Refusal> {
         let words: Vec<String> = wish.words.split_whitespace().map(str::to_owned).collect();
-        let bands = match (&self.scene, self.map()) {
-            (_, Ok((map, _))) => map.sonels().header().scene.bands.nominal().to_vec(),
-            _ => Vec::new(),
-        };
+        let bands = self.map().map(|(map, _)| map.sonels().header().scene.bands.nominal().to_vec());
+        let bands = bands.unwrap_or_default();
         let found = library::shipped().iter().filter(|entry| entry.matches(&words)).take(MOST_ENTRIES);
         let entry = |entry: &library::LibraryEntry| {
             let list = |octaves: &Option<library::Octaves>| {
@@ -417,9 +415,7 @@ fn plane(map: &Map, wish: &Plane) -> Result<Grid, Refusal> {
     if spacing <= 0.0 {
         return Err(Refusal::wrong("a plane needs a spacing above 0"));
     }
-    let vertices = || scene.mesh.vertices.iter();
-    let low = vertices().fold(glam::DVec3::INFINITY, |low, vertex| low.min(*vertex));
-    let high = vertices().fold(glam::DVec3::NEG_INFINITY, |high, vertex| high.max(*vertex));
+    let (low, high) = map.walls()?.bounds();
     let up = scene.up.abs().max_position();
     let mut axes = [Axis::from(0.0); 3];
     for (index, axis) in axes.iter_mut().enumerate() {
