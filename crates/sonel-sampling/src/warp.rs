@@ -1,10 +1,10 @@
-//! Warps from the unit square to directions: each as sample, density and inverse.
+//! Warps from the unit square to directions: uniform and after Lambert.
 //!
 //! Trigonometry is our own or that of the `libm` crate: its bits do not depend on the platform.
 //!
 //! Reference: [PharrJakobHumphreys2023], ch. A.5 (docs/references.md).
 
-use core::f32::consts::{FRAC_PI_2, PI, TAU};
+use core::f32::consts::FRAC_PI_2;
 use glam::Vec3;
 
 /// A direction uniform over the sphere.
@@ -16,18 +16,6 @@ pub fn uniform_sphere([u, v]: [f32; 2]) -> Vec3 {
     Vec3::new(radius * cosine, radius * sine, z)
 }
 
-/// Density of [`uniform_sphere`] [1/sr].
-#[must_use]
-pub fn uniform_sphere_density() -> f32 {
-    1.0 / (4.0 * PI)
-}
-
-/// The point of the unit square that [`uniform_sphere`] takes to `direction`.
-#[must_use]
-pub fn uniform_sphere_inverse(direction: Vec3) -> [f32; 2] {
-    [0.5 * (1.0 - direction.z), turn(direction)]
-}
-
 /// A direction over the hemisphere about +z with density cos θ / π (Lambert); cos θ is never zero.
 #[inline]
 #[must_use]
@@ -35,18 +23,6 @@ pub fn cosine_hemisphere([u, v]: [f32; 2]) -> Vec3 {
     let (sine, cosine) = sine_cosine_of_turn(v);
     let radius = u.sqrt();
     Vec3::new(radius * cosine, radius * sine, (1.0 - u).sqrt())
-}
-
-/// Density of [`cosine_hemisphere`] [1/sr]; zero below the horizon.
-#[must_use]
-pub fn cosine_hemisphere_density(direction: Vec3) -> f32 {
-    direction.z.max(0.0) / PI
-}
-
-/// The point of the unit square that [`cosine_hemisphere`] takes to `direction`.
-#[must_use]
-pub fn cosine_hemisphere_inverse(direction: Vec3) -> [f32; 2] {
-    [direction.x * direction.x + direction.y * direction.y, turn(direction)]
 }
 
 /// Sine and cosine of `turn` full turns, for `turn` in [0, 1): the nearest quarter is split off exactly, the rest is a
@@ -75,12 +51,6 @@ fn negated_if(two: u32, value: f32) -> f32 {
     f32::from_bits(value.to_bits() ^ (two << 30))
 }
 
-/// Azimuth as a fraction of a full turn, in [0, 1).
-fn turn(direction: Vec3) -> f32 {
-    let fraction = libm::atan2f(direction.y, direction.x) / TAU;
-    if fraction < 0.0 { (fraction + 1.0).min(1.0 - f32::EPSILON / 2.0) } else { fraction }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -88,6 +58,21 @@ mod tests {
 
     fn stream() -> Stream {
         StreamFamily::new(11, Purpose::Packet, [0; 4]).stream(0)
+    }
+
+    /// Azimuth as a fraction of a full turn, in [0, 1).
+    fn turn(direction: Vec3) -> f32 {
+        let fraction = libm::atan2f(direction.y, direction.x) / std::f32::consts::TAU;
+        if fraction < 0.0 { (fraction + 1.0).min(1.0 - f32::EPSILON / 2.0) } else { fraction }
+    }
+
+    /// The point of the unit square that is taken to `direction`.
+    fn uniform_sphere_inverse(direction: Vec3) -> [f32; 2] {
+        [0.5 * (1.0 - direction.z), turn(direction)]
+    }
+
+    fn cosine_hemisphere_inverse(direction: Vec3) -> [f32; 2] {
+        [direction.x * direction.x + direction.y * direction.y, turn(direction)]
     }
 
     /// Chi-square of `samples` directions in equal-probability cells of (inverse u, inverse v); the 99.99 % point for
@@ -113,21 +98,6 @@ mod tests {
     fn a_uniform_hemisphere_is_not_lambert() {
         let uniform_hemisphere = |u| uniform_sphere(u) * Vec3::new(1.0, 1.0, uniform_sphere(u).z.signum());
         assert!(chi_square(uniform_hemisphere, cosine_hemisphere_inverse) > 345.0);
-    }
-
-    /// The density integrates to one and its mean of cos θ is that of the samples (2/3 for Lambert).
-    #[test]
-    fn densities_integrate_to_one() {
-        let (mut hemisphere, mut mean_cosine, cells) = (0.0_f64, 0.0_f64, 1000);
-        for i in 0..cells {
-            let z = (i as f32 + 0.5) / cells as f32;
-            let density = cosine_hemisphere_density(Vec3::new((1.0 - z * z).sqrt(), 0.0, z));
-            hemisphere += f64::from(density) * f64::from(TAU) / f64::from(cells);
-            mean_cosine += f64::from(density * z) * f64::from(TAU) / f64::from(cells);
-        }
-        assert!((hemisphere - 1.0).abs() < 1e-5);
-        assert!((mean_cosine - 2.0 / 3.0).abs() < 1e-5);
-        assert!((uniform_sphere_density() * 4.0 * PI - 1.0).abs() < 1e-6);
     }
 
     #[test]

@@ -17,9 +17,10 @@ mod contact;
 mod overhangs;
 
 use crate::layers::{Stack, stacks};
+use crate::stitch::share_along;
 use crate::topology::Connected;
 use crate::weld::{Points, has_area};
-use crate::{Crossing, Mesh};
+use crate::{Crossing, Mesh, MeshTriangle};
 use arrangement::{Lines, Piece};
 use contact::{Contact, Meeting};
 use foldhash::{HashMap, HashSet};
@@ -62,8 +63,7 @@ pub(crate) fn conform(mesh: &mut Mesh, tolerance: f64) -> Conformed {
         if parts.is_empty() {
             break;
         }
-        let mut closing = Closing { points, on_sides: &mut on_sides };
-        changed = Some(replace(mesh, &mut drawn, parts, &mut closing, tolerance));
+        changed = Some(replace(mesh, &mut drawn, parts, points, &mut on_sides, tolerance));
     }
     if points.is_some() {
         overhangs::cut_off(mesh, &mut drawn);
@@ -134,30 +134,30 @@ fn beside<'a>(mesh: &'a Mesh, on_sides: &'a OnSides) -> impl Iterator<Item = u32
 
 /// Puts parts in the place of the triangles they are of; returns the triangles that have changed.
 ///
-/// A part lower than the tolerance is left out, as a triangle that is drawn so is: its normal would be rounding. What is beside it counts as
-/// changed.
+/// A part lower than the tolerance is left out, as a triangle that is drawn so is: its normal would be rounding.
 fn replace(
     mesh: &mut Mesh,
     drawn: &mut Vec<u32>,
     mut parts: Parts,
-    closing: &mut Closing<'_>,
+    points: &mut Points,
+    on_sides: &mut OnSides,
     tolerance: f64,
 ) -> HashSet<u32> {
     parts.sort_by_key(|(face, _)| *face);
     let mut changed = HashSet::default();
-    let mut left_out: HashSet<[u32; 2]> = HashSet::default();
     for (face, parts) in parts {
         let whole = mesh.triangles[face as usize];
         let has_area =
             |corners: &[u32; 3]| has_area(corners.map(|corner| mesh.vertices[corner as usize]), tolerance);
         let (parts, flat): (Vec<[u32; 3]>, Vec<[u32; 3]>) = parts.into_iter().partition(has_area);
         for corners in flat {
-            left_out.extend(crate::MeshTriangle { corners, ..whole }.sides());
-            closing.close(mesh, corners, &parts);
+            for (side, corner) in closing(mesh, points, MeshTriangle { corners, ..whole }, &parts) {
+                on_sides.entry(side).or_default().push(corner);
+            }
         }
         for (at, corners) in parts.into_iter().enumerate() {
             let index = if at == 0 { face } else { mesh.triangles.len() as u32 };
-            let part = crate::MeshTriangle { corners, ..whole };
+            let part = MeshTriangle { corners, ..whole };
             if at == 0 {
                 mesh.triangles[face as usize] = part;
             } else {
@@ -167,52 +167,25 @@ fn replace(
             changed.insert(index);
         }
     }
-    if !left_out.is_empty() {
-        let is_beside =
-            |triangle: &crate::MeshTriangle| triangle.sides().iter().any(|side| left_out.contains(side));
-        changed.extend(
-            (0..).zip(&mesh.triangles).filter(|(_, triangle)| is_beside(triangle)).map(|(face, _)| face),
-        );
-    }
     changed
 }
 
-/// Corners by which the next pass closes the gaps of parts that are left out.
-struct Closing<'a> {
-    points: &'a mut Points,
-    on_sides: &'a mut OnSides,
-}
-
-impl Closing<'_> {
-    /// Closes the gap of a `flat` part: its apex is on its longest side. The part beyond that side gets a corner opposite to the apex, since a
-    /// narrow strip with corners on one side alone has no triangles but flat ones.
-    fn close(&mut self, mesh: &Mesh, flat: [u32; 3], parts: &[[u32; 3]]) {
-        let place = |corner: u32| mesh.vertices[corner as usize];
-        let (side, apex) = sides(flat)
-            .max_by(|a, b| length(mesh, a.0).total_cmp(&length(mesh, b.0)))
-            .expect("a triangle has sides");
-        self.on_sides.entry(side).or_default().push(apex);
-        let is_beyond = |part: &&[u32; 3]| side.iter().all(|end| part.contains(end)) && !part.contains(&apex);
-        let others = parts.iter().find(is_beyond).into_iter().flat_map(|&part| sides(part));
-        for (other, _) in others.filter(|(other, _)| *other != side) {
-            let [from, to] = other.map(place);
-            let share = (place(apex) - from).dot(to - from) / from.distance_squared(to);
-            if share > 0.0 && share < 1.0 {
-                let foot = self.points.join(from.lerp(to, share));
-                self.on_sides.entry(other).or_default().push(foot);
-            }
+/// Corners on sides that close the gap of a `flat` part, whose apex is on its longest side. The part beyond that side gets a corner opposite to the
+/// apex too: a narrow strip with corners on one side alone has no triangles but flat ones.
+fn closing(mesh: &Mesh, points: &mut Points, flat: MeshTriangle, parts: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
+    let place = |corner: u32| mesh.vertices[corner as usize];
+    let length = |[from, to]: [u32; 2]| place(from).distance(place(to));
+    let sides = flat.sides().into_iter();
+    let side = sides.max_by(|a, b| length(*a).total_cmp(&length(*b))).expect("a triangle has sides");
+    let apex = *flat.corners.iter().find(|corner| !side.contains(corner)).expect("a triangle has an apex");
+    let is_beyond = |part: &&[u32; 3]| side.iter().all(|end| part.contains(end)) && !part.contains(&apex);
+    let beyond = parts.iter().find(is_beyond).map(|&corners| MeshTriangle { corners, ..flat }.sides());
+    let mut corners = vec![(side, apex)];
+    for other in beyond.into_iter().flatten().filter(|other| *other != side) {
+        let ends = other.map(place);
+        if let Some(share) = share_along(ends, place(apex), f64::INFINITY) {
+            corners.push((other, points.join(ends[0].lerp(ends[1], share))));
         }
     }
-}
-
-/// The sides of a triangle, the lower corner first, each with the corner opposite to it.
-fn sides(corners: [u32; 3]) -> impl Iterator<Item = ([u32; 2], u32)> {
-    (0..3).map(move |at| {
-        let [from, to, apex] = [0, 1, 2].map(|step| corners[(at + step) % 3]);
-        ([from.min(to), from.max(to)], apex)
-    })
-}
-
-fn length(mesh: &Mesh, [from, to]: [u32; 2]) -> f64 {
-    mesh.vertices[from as usize].distance(mesh.vertices[to as usize])
+    corners
 }

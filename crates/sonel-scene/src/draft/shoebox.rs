@@ -26,7 +26,7 @@ const PEOPLE: &str = "# people = 0.4    # per m²: the target is for the occupie
 pub fn draft_shoebox(lengths: [f64; 3], options: &DraftOptions<'_>) -> Result<Draft, SceneErrors> {
     let [x, y, z] = lengths;
     let volume = x * y * z;
-    let [title, source] = options.purpose.map_or(["Room", "source"], super::Purpose::titles);
+    let [title, source] = options.purpose.map_or(["Room", "source"], |purpose| purpose.titles);
     let sizes = lengths.map(|length| length.to_string());
     let mut notes = Vec::new();
     let mut head =
@@ -42,7 +42,7 @@ pub fn draft_shoebox(lengths: [f64; 3], options: &DraftOptions<'_>) -> Result<Dr
         sizes.join(", ")
     );
     let mut walls = String::new();
-    let [floor, ceiling] = options.purpose.map_or([FLOORS[0], CEILINGS[0]], super::Purpose::surfaces);
+    let [floor, ceiling] = options.purpose.map_or([FLOORS[0], CEILINGS[0]], |purpose| purpose.surfaces);
     let has_windows = options.purpose.is_some();
     let sides = [
         ("z0", "floor", floor, FLOORS),
