@@ -36,4 +36,12 @@ pub enum GeometryError {
         /// The larger of the two counts.
         count: usize,
     },
+    /// Faces that cross one another everywhere.
+    #[error(
+        "the faces cross one another at more than {most} places, which would take hours to divide: leave out what crosses, such as plants and nets, or draw it coarser"
+    )]
+    Tangled {
+        /// The largest number of places.
+        most: usize,
+    },
 }

@@ -103,7 +103,7 @@ impl Geometry {
         let is_left_out = mesh.triangles.iter().map(|triangle| is_border(triangle.material)).collect();
         let bodies = Bodies::of(mesh.clone(), is_left_out, tolerance);
         let mut known = Known { bodies: Some(&bodies), air_at, is_cut_out: false };
-        let Conformed { crossings, stacks } = conform(&mut mesh, tolerance);
+        let Conformed { crossings, stacks } = conform(&mut mesh, tolerance)?;
         let mut layers = unite(&mut mesh, &stacks, is_border, known, tolerance);
         let mut arranged = Arranged::find(&mut mesh, &kind, &layers, known, tolerance);
         let mut masonry = Vec::new();

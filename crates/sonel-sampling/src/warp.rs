@@ -4,7 +4,7 @@
 //!
 //! Reference: [PharrJakobHumphreys2023], ch. A.5 (docs/references.md).
 
-use core::f32::consts::FRAC_PI_2;
+use core::f32::consts::{FRAC_PI_2, TAU};
 use glam::Vec3;
 
 /// A direction uniform over the sphere.
@@ -14,6 +14,12 @@ pub fn uniform_sphere([u, v]: [f32; 2]) -> Vec3 {
     let radius = (1.0 - z * z).max(0.0).sqrt();
     let (sine, cosine) = sine_cosine_of_turn(v);
     Vec3::new(radius * cosine, radius * sine, z)
+}
+
+/// The point of the unit square that [`uniform_sphere`] takes to `direction`.
+#[must_use]
+pub fn uniform_sphere_inverse(direction: Vec3) -> [f32; 2] {
+    [0.5 * (1.0 - direction.z), turn(direction)]
 }
 
 /// A direction over the hemisphere about +z with density cos θ / π (Lambert); cos θ is never zero.
@@ -51,6 +57,12 @@ fn negated_if(two: u32, value: f32) -> f32 {
     f32::from_bits(value.to_bits() ^ (two << 30))
 }
 
+/// Azimuth as a fraction of a full turn, in [0, 1).
+fn turn(direction: Vec3) -> f32 {
+    let fraction = libm::atan2f(direction.y, direction.x) / TAU;
+    if fraction < 0.0 { (fraction + 1.0).min(1.0 - f32::EPSILON / 2.0) } else { fraction }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,17 +70,6 @@ mod tests {
 
     fn stream() -> Stream {
         StreamFamily::new(11, Purpose::Packet, [0; 4]).stream(0)
-    }
-
-    /// Azimuth as a fraction of a full turn, in [0, 1).
-    fn turn(direction: Vec3) -> f32 {
-        let fraction = libm::atan2f(direction.y, direction.x) / std::f32::consts::TAU;
-        if fraction < 0.0 { (fraction + 1.0).min(1.0 - f32::EPSILON / 2.0) } else { fraction }
-    }
-
-    /// The point of the unit square that is taken to `direction`.
-    fn uniform_sphere_inverse(direction: Vec3) -> [f32; 2] {
-        [0.5 * (1.0 - direction.z), turn(direction)]
     }
 
     fn cosine_hemisphere_inverse(direction: Vec3) -> [f32; 2] {

@@ -53,14 +53,14 @@ impl Lines {
         }
     }
 
-    /// Divides all lines where they cross or meet corners, and notes the corners on them in `on_sides`.
+    /// Divides all lines where they cross or meet corners, and notes the corners on them in `on_sides`. Returns the number of crossings.
     pub(super) fn divide(
         &mut self,
         mesh: &Mesh,
         points: &mut Points,
         tolerance: f64,
         on_sides: &mut OnSides,
-    ) {
+    ) -> usize {
         let mut lines: Vec<[u32; 2]> =
             self.faces.iter().flat_map(|&face| mesh.triangles[face as usize].sides()).collect();
         lines.extend(&self.lines);
@@ -87,6 +87,7 @@ impl Lines {
             }
             self.divided.insert(line, on);
         }
+        crossings.len()
     }
 
     /// The parts of each face, where it has any; lines at their sides are divided at the corners `on_sides` too.

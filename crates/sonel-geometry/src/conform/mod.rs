@@ -20,7 +20,7 @@ use crate::layers::{Stack, stacks};
 use crate::stitch::share_along;
 use crate::topology::Connected;
 use crate::weld::{Points, has_area};
-use crate::{Crossing, Mesh, MeshTriangle};
+use crate::{Crossing, GeometryError, Mesh, MeshTriangle};
 use arrangement::{Lines, Piece};
 use contact::{Contact, Meeting};
 use foldhash::{HashMap, HashSet};
@@ -29,6 +29,10 @@ use smallvec::SmallVec;
 /// Most passes; each divides what the one before brought within the tolerance of a side. Chosen, not measured: the loop ends when nothing is
 /// left, doubled it only ends later on a mesh that never does.
 const PASSES: usize = 6;
+
+/// Most crossings of lines on faces: about a minute of a processor, since a crossing makes two triangles or more. Furnished halls have some
+/// thousand; of triangles at random the number grows as their third power.
+const MOST_CROSSINGS: usize = 500_000;
 
 /// Corners in the interior of a side, by the side's ends, the lower first.
 type OnSides = HashMap<[u32; 2], SmallVec<[u32; 4]>>;
@@ -44,7 +48,10 @@ pub(crate) struct Conformed {
 /// Divides triangles until the mesh conforms within `tolerance` [m].
 ///
 /// Triangles keep their order; the parts of divided ones follow at the end.
-pub(crate) fn conform(mesh: &mut Mesh, tolerance: f64) -> Conformed {
+///
+/// # Errors
+/// [`GeometryError::Tangled`] with more than [`MOST_CROSSINGS`].
+pub(crate) fn conform(mesh: &mut Mesh, tolerance: f64) -> Result<Conformed, GeometryError> {
     let mut points = None;
     let mut changed: Option<HashSet<u32>> = None;
     let mut on_sides = OnSides::default();
@@ -59,7 +66,7 @@ pub(crate) fn conform(mesh: &mut Mesh, tolerance: f64) -> Conformed {
             break;
         }
         let points = points.get_or_insert_with(|| Points::new(tolerance, &mesh.vertices));
-        let parts = divided(mesh, points, &meetings, std::mem::take(&mut on_sides), tolerance);
+        let parts = divided(mesh, points, &meetings, std::mem::take(&mut on_sides), tolerance)?;
         if parts.is_empty() {
             break;
         }
@@ -68,7 +75,7 @@ pub(crate) fn conform(mesh: &mut Mesh, tolerance: f64) -> Conformed {
     if points.is_some() {
         overhangs::cut_off(mesh, &mut drawn);
     }
-    Conformed { crossings, stacks: stacks(mesh, &drawn) }
+    Ok(Conformed { crossings, stacks: stacks(mesh, &drawn) })
 }
 
 /// Triangles that are divided, each with its parts.
@@ -81,17 +88,21 @@ fn divided(
     meetings: &[Meeting],
     mut on_sides: OnSides,
     tolerance: f64,
-) -> Parts {
+) -> Result<Parts, GeometryError> {
     let mut groups = grouped(mesh, points, meetings);
+    let mut count = 0;
     for lines in &mut groups {
-        lines.divide(mesh, points, tolerance, &mut on_sides);
+        count += lines.divide(mesh, points, tolerance, &mut on_sides);
+        if count > MOST_CROSSINGS {
+            return Err(GeometryError::Tangled { most: MOST_CROSSINGS });
+        }
     }
     mesh.vertices.clone_from(&points.places);
     let known: HashSet<u32> = groups.iter().flat_map(|lines| lines.faces.iter().copied()).collect();
     groups.extend(
         beside(mesh, &on_sides).filter(|face| !known.contains(face)).map(|face| Lines::new(vec![face])),
     );
-    groups.iter().filter_map(|lines| lines.triangulated(mesh, tolerance, &on_sides)).flatten().collect()
+    Ok(groups.iter().filter_map(|lines| lines.triangulated(mesh, tolerance, &on_sides)).flatten().collect())
 }
 
 /// Faces that have to be divided together, since they overlap, each group with the lines in which others meet it.
