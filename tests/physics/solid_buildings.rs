@@ -8,6 +8,11 @@ const WITH_IMAGES: u64 = if cfg!(debug_assertions) { 2 } else { 100 };
 /// Reflections of image sources.
 const ORDER: u32 = if cfg!(debug_assertions) { 2 } else { 3 };
 
+/// Buildings of which one prism ends a little beside another one: strips of 0.05 and 2 mm.
+const NARROW: [(u64, Style); 2] = [(100, Style::Overlapping), (203, Style::Overlapping)];
+/// One that sees the edges of an opening almost along them.
+const ALONG_EDGES: (u64, Style) = (92, Style::Butted);
+
 fn all(seeds: std::ops::Range<u64>) -> impl Iterator<Item = (u64, Style)> {
     seeds.flat_map(|seed| Style::ALL.map(|style| (seed, style)))
 }
@@ -23,7 +28,7 @@ fn rooms_between_solids_have_volume_area_and_walls_of_thin_shells() {
         let mesh = building.solids(style, None);
         building.faults(mesh).into_iter().map(move |fault| format!("{seed} {style:?}: {fault}"))
     };
-    assert_none(&all(0..BUILDINGS).flat_map(of).collect::<Vec<String>>());
+    assert_none(&all(0..BUILDINGS).chain(NARROW).flat_map(of).collect::<Vec<String>>());
 }
 
 fn assert_same_images(effects: &[&str]) {
@@ -33,7 +38,7 @@ fn assert_same_images(effects: &[&str]) {
         let faults = building.image_faults(mesh, ORDER, effects).into_iter();
         faults.map(move |fault| format!("{seed} {style:?}: {fault}"))
     };
-    assert_none(&all(0..WITH_IMAGES).flat_map(of).collect::<Vec<String>>());
+    assert_none(&all(0..WITH_IMAGES).chain([ALONG_EDGES]).flat_map(of).collect::<Vec<String>>());
 }
 
 #[test]

@@ -38,7 +38,7 @@ pub enum GeometryError {
     },
     /// Faces that cross one another everywhere.
     #[error(
-        "the faces cross one another at more than {most} places, which would take hours to divide: leave out what crosses, such as plants and nets, or draw it coarser"
+        "the faces cross one another at more than {most} places, and are not divided at so many: leave out what crosses, such as plants and nets, or draw it coarser"
     )]
     Tangled {
         /// The largest number of places.

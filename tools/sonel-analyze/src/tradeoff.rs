@@ -23,6 +23,8 @@ use crate::arguments::Tradeoff;
 
 /// Packets that are tried unless others are given.
 const PACKETS: [u64; 4] = [1_000, 4_000, 16_000, 64_000];
+/// Most packets of a run: as maps they would not fit a usual disk, and the reference has more. It refuses misprints.
+const MOST_PACKETS: u64 = 100_000_000;
 /// The reference has this many times the most packets.
 const REFERENCE: u64 = 4;
 
@@ -151,13 +153,14 @@ fn problems(arguments: &Tradeoff) -> Vec<String> {
             problems.push(sentence.to_owned());
         }
     };
-    complain(arguments.packets.contains(&0), "--packets 0 traces nothing: give at least 1");
+    let is_no_number = |count: &u64| !(1..=MOST_PACKETS).contains(count);
+    complain(arguments.packets.iter().any(is_no_number), "--packets is outside 1 … 100M");
     let outside = |survival: &f64| !(0.0..=1.0).contains(survival);
     complain(arguments.survival.iter().any(outside), "--survival is outside 0 … 1");
     let not_above_zero = |length: &f64| !(length.is_finite() && *length > 0.0);
     complain(arguments.radius.iter().any(not_above_zero), "--radius must be above 0");
     complain(arguments.duration.iter().any(not_above_zero), "--duration must be above 0 s");
-    complain(arguments.reference == Some(0), "--reference 0 traces nothing: give at least 1");
+    complain(arguments.reference.iter().any(is_no_number), "--reference is outside 1 … 100M");
     let paper = arguments.mode.first() == Some(&Mode::Paper);
     complain(
         paper && arguments.survival.iter().any(|&survival| survival < 1.0),

@@ -62,3 +62,27 @@ fn bad_meshes_are_refused_with_the_place() {
     point.vertices.fill(DVec3::ONE);
     assert_eq!(refusal(point), Some(GeometryError::Empty { dropped: 12 }));
 }
+
+/// Sheets across a box, `count` across each axis.
+fn lattice(count: u32) -> Mesh {
+    let mut mesh = Mesh::default();
+    for (axis, at) in (0..3).flat_map(|axis| (1..=count).map(move |at| (axis, f64::from(at)))) {
+        let side = f64::from(count + 1);
+        let corner = |u: f64, v: f64| {
+            let mut place = DVec3::splat(at);
+            (place[(axis + 1) % 3], place[(axis + 2) % 3]) = (u, v);
+            place
+        };
+        let [a, b, c, d] = [corner(0.0, 0.0), corner(side, 0.0), corner(side, side), corner(0.0, side)];
+        rooms::add(&mut mesh, 0, &[[a, b, c], [a, c, d]]);
+    }
+    mesh
+}
+
+#[test]
+fn faces_that_cross_everywhere_are_refused_and_a_few_crossings_are_not() {
+    let refused =
+        |count: u32| matches!(Geometry::build(lattice(count)), Err(GeometryError::Tangled { most: 500_000 }));
+    assert!(refused(64));
+    assert!(!refused(4));
+}
