@@ -111,6 +111,13 @@ impl Propagation {
         !matches!(self, Self::Gradient(_))
     }
 
+    /// How the speed of sound changes; none in even air and in regions.
+    #[must_use]
+    pub fn profile(&self) -> Option<SpeedProfile> {
+        let Self::Gradient(gradient) = self else { return None };
+        Some(gradient.profile)
+    }
+
     /// Path length from one place to another that is seen from it, in `air` [m].
     #[inline]
     #[must_use]

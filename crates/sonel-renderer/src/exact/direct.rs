@@ -1,7 +1,7 @@
 //! L R: direct sound by a straight way in general position, along an arc where the speed of sound has a gradient; no bias, no noise.
 
 use glam::DVec3;
-use sonel_geometry::{End, Geometry};
+use sonel_geometry::{End, Geometry, SurfaceId};
 use sonel_map::CoefficientTable;
 
 use crate::partition::Partitions;
@@ -18,6 +18,8 @@ pub(crate) struct DirectWay {
     pub spread: f64,
     /// Partitions passed.
     pub passed: Partitions,
+    /// Level surfaces that reflect on the way, none of direct sound.
+    pub mirrors: Vec<SurfaceId>,
 }
 
 /// The direct way from `source` to `receiver` (both about the scene's centre) in the air of `table`; [`None`] where a surface is in between
@@ -43,6 +45,7 @@ pub(crate) fn direct_way(
             towards: -departing,
             spread: spread(in_air),
             passed,
+            mirrors: Vec::new(),
         });
     };
     let passed = Partitions::along(geometry, table, source.as_vec3(), &leg, receiver.as_vec3())?;
@@ -52,6 +55,7 @@ pub(crate) fn direct_way(
         towards: -leg.arc.direction(leg.time),
         spread: leg.spread / (4.0 * core::f64::consts::PI),
         passed,
+        mirrors: Vec::new(),
     })
 }
 

@@ -4,7 +4,8 @@ use std::ops::{ControlFlow, Range};
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
-use sonel_map::{Arrival, BandValues, Lanes, PathView, PathWeight, Segment, SegmentHistory, lanes_of};
+use sonel_geometry::PlaneId;
+use sonel_map::{Arrival, BandValues, Event, Lanes, PathView, PathWeight, Segment, SegmentHistory, lanes_of};
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
 use super::{Progress, Renderer};
@@ -54,6 +55,8 @@ struct Scratch {
     /// Discs that a sonel lies in, and what each would bring.
     discs: Vec<(u32, f64)>,
     brought: Vec<Lanes>,
+    /// The level at which all reflections of the path have been so far, [`Levels`](crate::exact::level::Levels).
+    level: Option<PlaneId>,
 }
 
 impl Renderer<'_> {
@@ -275,6 +278,7 @@ impl Renderer<'_> {
             energy: zeros,
             discs: Vec::new(),
             brought: Vec::new(),
+            level: None,
         };
         scratch.index = self.gather_index(group, source, batch, &mut scratch.energy, estimate);
         let mut weight = PathWeight::of(&self.prepared.table);
@@ -320,7 +324,8 @@ impl Renderer<'_> {
         let medium = self.medium();
         estimate.record_segment(segment, &medium, &mut scratch.energy);
         let SegmentHistory { specular_run, interfaces, .. } = segment.history;
-        if specular_run > 0 || interfaces > 0 || !self.connects_diffuse() {
+        let is_exact = scratch.level.is_some() && segment.history.image_order().is_some();
+        if !is_exact && (specular_run > 0 || interfaces > 0) || !self.connects_diffuse() {
             let receivers = group.tile.receivers.iter().zip(&group.others).enumerate();
             let left = receivers.filter(|(_, (_, others))| is_left_to_sphere(segment.history, **others));
             let mut left = left.peekable();
@@ -334,6 +339,11 @@ impl Renderer<'_> {
             cross(&piece, receivers, &mut scratch.energy, &mut deposit);
         }
         let Some(arrival) = segment.arrival else { return };
+        if let Some(levels) = self.prepared.levels.as_ref().filter(|_| arrival.event == Event::Specular) {
+            let level = levels.of(arrival.surface);
+            let is_first = segment.history.order == 0;
+            scratch.level = level.filter(|_| is_first || level == scratch.level);
+        }
         let row = &*self.prepared.table.row(arrival.surface, segment.direction());
         let Some(selection) = group.selection.filter(|_| !row.is_mirror) else { return };
         let probability = selection.probability(segment.end_length, segment.end, arriving);

@@ -193,6 +193,9 @@ impl Renderer<'_> {
                 part.edge_work = Some(work);
             }
         }
+        self.visit_levels(&at, |wave, energy| {
+            part.add(1, wave.length, wave.towards, wave.order, energy, wave.order <= listed);
+        });
         part.arrivals.sort_by(|a, b| a.length.total_cmp(&b.length));
         part
     }
@@ -247,7 +250,27 @@ impl Renderer<'_> {
     /// Visits direct sound, where nothing hides it.
     fn visit_direct(&self, at: &ReceiverContext<'_>, visit: &mut impl FnMut(&MirrorArrival<'_>, &[Lanes])) {
         let direct = direct_way(self.geometry, &self.prepared.table, at.radiator.position, at.receiver);
-        let Some(DirectWay { length, departing, towards, spread, passed }) = direct else { return };
+        if let Some(way) = direct {
+            self.arrive(at, way, visit);
+        }
+    }
+
+    /// Visits reflections at level surfaces where the speed of sound has a gradient.
+    fn visit_levels(&self, at: &ReceiverContext<'_>, mut visit: impl FnMut(&MirrorArrival<'_>, &[Lanes])) {
+        let ends = [at.radiator.position, at.receiver];
+        for way in self.prepared.levels.iter().flat_map(|it| it.ways(self.geometry, at.table, ends)) {
+            self.arrive(at, way, &mut visit);
+        }
+    }
+
+    /// Visits what comes along `way`.
+    fn arrive(
+        &self,
+        at: &ReceiverContext<'_>,
+        way: DirectWay,
+        visit: &mut impl FnMut(&MirrorArrival<'_>, &[Lanes]),
+    ) {
+        let DirectWay { length, departing, towards, spread, passed, mirrors } = way;
         let radiation = at.radiator.towards(departing);
         let sensitivity = at.sensitivity.to(towards);
         let bands = 0..self.prepared.table.bands();
@@ -257,13 +280,18 @@ impl Renderer<'_> {
         let (mut energy, mut factors) = (to_lanes(energy), to_lanes(factors.iter().copied()));
         passed.attenuate(&self.prepared.table, &mut factors);
         passed.attenuate(&self.prepared.table, &mut energy);
+        for &mirror in &mirrors {
+            let specular = &at.table.mean_row(mirror).specular.energy;
+            factors.multiply(specular);
+            energy.multiply(specular);
+        }
         if !at.table.propagation().is_straight() || passed.thickness() > 0.0 {
             factors.scale(spread / self::spread(length));
         }
         let direct = MirrorArrival {
             length,
             towards,
-            order: 0,
+            order: mirrors.len() as u32,
             mirrors: vec![],
             factor: &factors,
             through: passed.materials(self.geometry),

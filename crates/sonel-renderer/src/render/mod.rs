@@ -29,6 +29,7 @@ use crate::deposit::TimeBins;
 use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius, free_path};
 use crate::error::RenderError;
 use crate::exact::edge::Edges;
+use crate::exact::level::Levels;
 use crate::exact::mirror::{ImageSources, lattice_room};
 use crate::paper::Paper;
 use crate::receiver::{PreparedReceiver, ReceiverPoint};
@@ -72,6 +73,8 @@ pub struct Preparation {
     pub(crate) emissions: Emissions,
     /// Largest K′.
     pub(crate) image_order: u32,
+    /// Level surfaces where the speed of sound has a gradient and no estimator is forced.
+    pub(crate) levels: Option<Levels>,
     /// Image sources of each source, found when they are first asked for.
     pub(crate) image_sources: Vec<OnceLock<ImageSources>>,
     /// Surveys of the sonels, by source, made with the rest.
@@ -154,6 +157,11 @@ impl<'a> Renderer<'a> {
         };
         let prepared = Preparation {
             image_order: if has_lattice { image_order(geometry, &table) } else { 0 },
+            levels: table
+                .propagation()
+                .profile()
+                .filter(|_| settings.estimator.connects_diffuse())
+                .map(|profile| Levels::new(geometry, profile)),
             image_sources: (0..sources).map(|_| OnceLock::new()).collect(),
             gather: settings.estimator.has_rays().then(|| (Sheet::all(geometry), rays)),
             paper: by_paper.then(|| Paper::new(geometry, map.header(), &settings)),

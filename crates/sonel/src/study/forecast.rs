@@ -296,12 +296,12 @@ impl Pilot {
         widest.map(|spread| spread.place)
     }
 
-    /// Emissions of a run whose number nobody states, at most `most`, where `needed` bring half-widths of [`ACCURACY`]: they balance cost and variance.
-    /// N/N₀ + n/N, with the need n and [`CHEAP`] N₀, is least for N = √(N₀ n). An error of the need counts half.
+    /// Emissions of a run whose number nobody states, at most `most`, where `needed` bring half-widths of [`ACCURACY`]: they balance cost and half-width.
+    /// N/N₀ + 2√(n/N), with the need n and [`CHEAP`] N₀, is least for N = ∛(N₀² n). An error of the need counts a third.
     #[must_use]
     pub fn balanced(&self, needed: u64, most: u64) -> u64 {
         // Fewer than a half of N₀ save less than a third of the cost.
-        let balanced = two_digits_up((CHEAP * needed as f64).sqrt().max(0.5 * CHEAP).ceil() as u64);
+        let balanced = two_digits_up(libm::cbrt(CHEAP * CHEAP * needed as f64).max(0.5 * CHEAP).ceil() as u64);
         balanced.min(most).max(self.effort.emissions)
     }
 
@@ -513,7 +513,7 @@ mod tests {
     #[test]
     fn an_error_of_the_need_counts_half_within_the_limits() {
         let pilot = pilot(0.01, 0.0);
-        assert_eq!([32_000, 128_000].map(|n| pilot.balanced(n, 100_000)), [32_000, 64_000]);
+        assert_eq!([32_000, 256_000].map(|n| pilot.balanced(n, 100_000)), [32_000, 64_000]);
         assert_eq!([1, 10_000_000].map(|n| pilot.balanced(n, 100_000)), [16_000, 100_000]);
         assert_eq!(pilot.balanced(1, 1000), 10_000);
     }

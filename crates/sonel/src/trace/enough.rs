@@ -1,5 +1,5 @@
-//! Number of packets of a run where nobody states it: the geometric mean of 32 000 and of those that a plan needs for half a just-noticeable
-//! difference.
+//! Number of packets of a run where nobody states it: the geometric mean of 32 000, 32 000 and those that a plan needs for half a
+//! just-noticeable difference.
 //!
 //! A pilot looks at the first packets of the run, with the materials of the scene, and the run continues them: its bytes are those of a run with
 //! as many packets.
