@@ -59,7 +59,8 @@ impl Choice {
         let ([one, other], [source, receiver]) = (self.signs, self.lacking(a));
         let (s, r) = (a - source, a - receiver);
         let both = 0.5 * (one + other);
-        let rest = if both == 0.0 { one * a * (source - receiver) } else { both * (s * receiver + r * source) };
+        let rest =
+            if both == 0.0 { one * a * (source - receiver) } else { both * (s * receiver + r * source) };
         2.0 * (self.reflections + both) * s * r + rest
     }
 

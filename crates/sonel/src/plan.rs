@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::study::forecast::{ACCURACY, Effort, Pilot, Price, Width};
+use crate::study::forecast::{Effort, Pilot, Price, Width};
 use crate::study::plan::{Names, Plan, Row};
 use crate::study::spread::{HalfWidth, PLANNED, Place, Reading};
 use crate::study::target::Targets;
@@ -34,10 +34,16 @@ pub fn trace_table(plan: &Plan) -> String {
             bytes(row.memory[0].max(row.memory[1])),
         );
     }
-    let half = plan.rows.iter().find(|row| row.just_noticeable.total_cmp(&ACCURACY).is_eq());
-    if let Some(Row { effort, .. }) = half {
-        let packets = plan.pilot.balanced(effort.emissions, Settings::default().emissions);
-        let _ = writeln!(text, "without `packets` a run takes {}", count(packets));
+    let usual = Effort::of_trace(Settings::default().emissions, plan.pilot.effort.batches);
+    let typical = |parameter| Some((plan.pilot.typical(parameter, usual)?, parameter));
+    if let Some((width, parameter)) =
+        PLANNED.into_iter().filter_map(typical).max_by(|a, b| a.0.total_cmp(&b.0))
+    {
+        let (packets, (symbol, ..)) = (count(usual.emissions), parameter.heading());
+        let _ = writeln!(
+            text,
+            "without `packets` a run takes {packets}: half-widths of {symbol}, the widest, are then {width:.2} JND (geometric mean)"
+        );
     }
     text + &widths(plan)
 }

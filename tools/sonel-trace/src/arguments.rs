@@ -21,11 +21,10 @@ pub struct Arguments {
     /// An existing map is replaced when the new one is complete. Optional with --plan.
     #[arg(short, long, value_name = "MAP.sonelmap", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
-    /// Packets per source [default: by the room, at most 100k].
+    /// Packets per source [default: 24k].
     ///
-    /// By default a run takes ∛(32 000² n) packets, 16k … 100k, where n bring typical half-widths to half a just-noticeable
-    /// difference (JND). It takes 100k with --shard or --mode paper, and with --decision the number of that map. With --spectral per-band
-    /// the number is per band, with --shard of all shards, with --extend of the whole new map, with --until the maximum.
+    /// With --decision the default is the number of that map. With --spectral per-band the number is per band, with --shard of all shards,
+    /// with --extend of the whole new map, with --until the maximum.
     #[arg(long, alias = "sonels", value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub packets: Option<u64>,
     /// Seed of every random number [default: 1].

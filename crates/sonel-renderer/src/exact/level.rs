@@ -29,7 +29,8 @@ impl Levels {
         let rise = profile.gradient().normalize();
         let is_level = |normal: DVec3| normal.dot(rise).abs() > LEVEL;
         let surfaces = geometry.surfaces();
-        let planes = surfaces.iter().map(|surface| is_level(surface.normal).then_some(surface.plane)).collect();
+        let planes =
+            surfaces.iter().map(|surface| is_level(surface.normal).then_some(surface.plane)).collect();
         let mut heights: Vec<(PlaneId, f64)> = surfaces
             .iter()
             .filter(|surface| is_level(surface.normal))
@@ -49,7 +50,12 @@ impl Levels {
     }
 
     /// The ways from source to receiver (both about the scene's centre [m]) over reflections at one level.
-    pub(crate) fn ways(&self, geometry: &Geometry, table: &CoefficientTable, ends: [DVec3; 2]) -> Vec<DirectWay> {
+    pub(crate) fn ways(
+        &self,
+        geometry: &Geometry,
+        table: &CoefficientTable,
+        ends: [DVec3; 2],
+    ) -> Vec<DirectWay> {
         let at_level = |&(plane, height): &(PlaneId, f64)| {
             let found = self.profile.hops(ends[0], ends[1], height);
             found.into_iter().filter_map(move |hops| {

@@ -14,12 +14,8 @@ use crate::study::spread::{
 };
 use crate::study::target::Targets;
 
-/// Accuracy of runs whose number of packets nobody states [JND].
-pub const ACCURACY: f64 = 0.5;
 /// Fewest emissions of a batch: fewer make no estimate of their own. Chosen, not measured; doubled, the smallest run is twice as long.
 pub const LEAST_PER_BATCH: u64 = 32;
-/// Packets that cost as much as the rest of a rendering: 29 000 in an office, 36 000 in the hall (docs/planning.md).
-const CHEAP: f64 = 32_000.0;
 /// Largest excess kurtosis of a batch [1]: beyond it few strong paths decide, and intervals are themselves uncertain. Chosen, not measured;
 /// halved, rooms of late decay by few packets take 1.4 times as many.
 const MOST_KURTOSIS: f64 = 2.0;
@@ -37,9 +33,6 @@ const SPURIOUS: f64 = 0.325;
 const ONE_SIDE: f64 = 0.5;
 /// Standard deviations that are exceeded once in 20 times.
 const MOST_SIGMAS: f64 = 1.96;
-/// Standard deviations that are exceeded upwards once in ten times.
-const NINE_OF_TEN_SIGMAS: f64 = 1.28;
-
 /// Packets, rays and batches of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
@@ -282,27 +275,11 @@ impl Pilot {
         (count > 0.0).then(|| libm::exp(logarithms.iter().sum::<f64>() / count))
     }
 
-    /// What [`Self::typical`] keeps in nine of ten runs [JND].
-    #[must_use]
-    pub fn kept(&self, parameter: Parameter, effort: Effort) -> Option<f64> {
-        let tail = self.of_parameter(parameter).next()?.tail;
-        Some(self.typical(parameter, effort)? * libm::exp(NINE_OF_TEN_SIGMAS * self.scatter(effort, tail)))
-    }
-
     /// Where `parameter` has its widest half-width.
     fn least_certain(&self, parameter: Parameter) -> Option<Place> {
         let width = |spread: &&Spread| self.half_width(spread, self.effort).map_or(0.0, HalfWidth::total);
         let widest = self.of_parameter(parameter).max_by(|a, b| width(a).total_cmp(&width(b)));
         widest.map(|spread| spread.place)
-    }
-
-    /// Emissions of a run whose number nobody states, at most `most`, where `needed` bring half-widths of [`ACCURACY`]: they balance cost and half-width.
-    /// N/N₀ + 2√(n/N), with the need n and [`CHEAP`] N₀, is least for N = ∛(N₀² n). An error of the need counts a third.
-    #[must_use]
-    pub fn balanced(&self, needed: u64, most: u64) -> u64 {
-        // Fewer than a half of N₀ save less than a third of the cost.
-        let balanced = two_digits_up(libm::cbrt(CHEAP * CHEAP * needed as f64).max(0.5 * CHEAP).ceil() as u64);
-        balanced.min(most).max(self.effort.emissions)
     }
 
     /// Whether the batches of `parameter` have an excess kurtosis above `most`, so that its half-width is uncertain, and that is not far
@@ -508,14 +485,6 @@ mod tests {
         pilot.spreads[0].tail *= 3.0;
         let far_below = pilot.typical_need(0.1, 32).effort.emissions as f64 / calm as f64;
         assert!((far_below / 4.0 - 1.0).abs() < 0.06, "{far_below}");
-    }
-
-    #[test]
-    fn an_error_of_the_need_counts_half_within_the_limits() {
-        let pilot = pilot(0.01, 0.0);
-        assert_eq!([32_000, 256_000].map(|n| pilot.balanced(n, 100_000)), [32_000, 64_000]);
-        assert_eq!([1, 10_000_000].map(|n| pilot.balanced(n, 100_000)), [16_000, 100_000]);
-        assert_eq!(pilot.balanced(1, 1000), 10_000);
     }
 
     #[test]

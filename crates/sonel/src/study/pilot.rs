@@ -1,7 +1,5 @@
 //! The first packets of a run, which predict intervals and cost of all of it.
 //!
-//! - They are the run's own: the run continues them, so that they cost nothing but their rendering. Their number follows from what they find, which
-//!   leaves intervals as they are within a few per cent of coverage (`tests/accept/stopping.rs`).
 //! - Four times as many are looked at where a parameter cannot be read anywhere, few strong paths decide it, or far more packets are needed: few packets
 //!   miss the rare paths that carry the late decay.
 //! - Rays follow packets as those of a run do. Only the parameters that a plan predicts are read, at some receivers.
@@ -14,14 +12,16 @@ use sonel_renderer::{ReceiverPoint, RenderSettings};
 
 use crate::Result;
 use crate::observer::{Observer, Silent, Watch};
-use crate::study::forecast::{ACCURACY, Costs, Effort, LEAST_PER_BATCH, Pilot};
+use crate::study::forecast::{Costs, Effort, LEAST_PER_BATCH, Pilot};
 use crate::study::job::Job;
 use crate::study::pipeline::{InMemory, Room, trace};
 use crate::study::spread::PLANNED;
 
-/// Packets of the first look: 256 in each of 32 batches. With half as many the default numbers of a classroom differ by a factor 1.6 between seeds,
-/// with these by 1.4.
+/// Packets of the first look: 256 in each of 32 batches. With half as many the numbers that a classroom needs differ by a factor 2.6 between seeds,
+/// with these by 2.
 pub const FIRST: u64 = 8192;
+/// Half-width for which a first look must be enough [JND].
+const ACCURACY: f64 = 0.5;
 /// Packets of the second look over those of the first. Chosen, not measured; doubled, long runs are chosen at twice the cost.
 const SECOND: u64 = 4;
 /// Factor from the packets of the first look to the most that it may ask for [1].
@@ -44,17 +44,15 @@ pub struct PilotConfig<'a> {
     pub settings: Settings,
     /// Evaluation receivers.
     pub receivers: &'a [ReceiverPoint],
-    /// Whether edges diffract: they bring no noise, but cost time.
-    pub edges: bool,
     /// CPU seconds that a pilot may take, where the clock matters; its first look takes what it takes.
     pub seconds: Option<f64>,
 }
 
-/// Runs a pilot. Returns its packets, too, which the run continues.
+/// Runs a pilot.
 ///
 /// # Errors
 /// The errors of [`Room::trace`] and of a rendering.
-pub fn run(config: &PilotConfig<'_>, observer: &dyn Observer) -> Result<(Pilot, SonelMap)> {
+pub fn run(config: &PilotConfig<'_>, observer: &dyn Observer) -> Result<Pilot> {
     let clock = Watch(observer).clock();
     let begin = clock.process();
     let first = FIRST.max(LEAST_PER_BATCH * u64::from(config.settings.batches));
@@ -63,10 +61,9 @@ pub fn run(config: &PilotConfig<'_>, observer: &dyn Observer) -> Result<(Pilot, 
     let end = (1 + SECOND) as f64 * (clock.process() - begin);
     let ends_late = config.seconds.is_some_and(|seconds| end > seconds);
     if is_enough(&pilot) || ends_late {
-        Ok((pilot, map))
-    } else {
-        look(config, SECOND * first, Some(&map), observer)
+        return Ok(pilot);
     }
+    Ok(look(config, SECOND * first, Some(&map), observer)?.0)
 }
 
 /// Whether a first look is trusted.
@@ -90,9 +87,8 @@ fn look(
     let PilotConfig { room, receivers, .. } = *config;
     let header = room.whole_run(Settings { emissions, ..config.settings });
     let traced = trace(&header, room.geometry(), known, &mut InMemory, observer)?;
-    let settings = RenderSettings { edges: config.edges, ..RenderSettings::default() };
     let job = Job::of(&traced.map, room.geometry(), receivers, Watch(observer));
-    let (rendered, parameters) = job.read(&settings, &PLANNED)?;
+    let (rendered, parameters) = job.read(&RenderSettings::default(), &PLANNED)?;
     let (all, new) = (emissions as f64, emissions - known.map_or(0, |map| map.header().settings.emissions));
     let (trace, render) = (traced.seconds, rendered.seconds);
     let costs = Costs {
@@ -170,9 +166,8 @@ mod tests {
         let room = Room::within(&scene, &geometry, &[]);
         let receivers = evaluation_receivers(&scene, room.geometry(), 1);
         let settings = Settings::default();
-        let config = PilotConfig { room: &room, settings, receivers: &receivers, edges: false, seconds };
-        let (pilot, map) = run(&config, &Ticking::default()).expect("a valid scene");
-        assert_eq!(map.header().settings.emissions, pilot.effort.emissions);
+        let config = PilotConfig { room: &room, settings, receivers: &receivers, seconds };
+        let pilot = run(&config, &Ticking::default()).expect("a valid scene");
         let plan = Plan::of_trace(pilot.clone(), &scene, &receivers, 32, 0.001);
         assert!(plan.rows.iter().all(|row| row.price.trace.is_finite() && row.effort.emissions > 0));
         pilot

@@ -1,6 +1,5 @@
 //! The trace of a scene: options, plan, run.
 
-mod enough;
 mod extension;
 mod options;
 mod planner;
@@ -103,11 +102,6 @@ pub struct PreparedTrace<'a> {
 }
 
 impl PreparedTrace<'_> {
-    /// Whether the run decides about its packets, which are then at most those of the settings.
-    fn grows(&self) -> bool {
-        self.options.until.is_some() || enough::decides(self.options)
-    }
-
     fn planner(&self) -> Planner<'_> {
         let room = Room::within(&self.header.scene, &self.geometry, &self.header.effects);
         Planner::new(room, self.header.settings)
@@ -120,7 +114,7 @@ impl PreparedTrace<'_> {
     pub fn plan(&self, observer: &dyn Observer) -> Result<Plan> {
         let planner = self.planner();
         let seconds = self.options.at_most.map(|seconds| SHARE_OF_TIME * seconds);
-        let (pilot, _) = planner.pilot(true, seconds, Watch(observer))?;
+        let pilot = planner.pilot(seconds, Watch(observer))?;
         let bin = RenderSettings::default().bin;
         let Planner { evaluation_receivers, settings, .. } = &planner;
         Ok(Plan::of_trace(pilot, &self.header.scene, evaluation_receivers, settings.batches, bin))
@@ -151,7 +145,7 @@ impl PreparedTrace<'_> {
         let (planner, watch) = (self.planner(), Watch(observer));
         if self.options.packets.is_some() || self.options.until.is_none() {
             let MapHeader { settings, shard, .. } = &self.header;
-            let time = self.options.at_most.filter(|_| !self.grows());
+            let time = self.options.at_most.filter(|_| self.options.until.is_none());
             let emissions = settings.emissions as f64 / f64::from(shard.count);
             planner.check_feasible(emissions, [self.options.memory, time], watch)?;
         }
@@ -179,12 +173,8 @@ impl PreparedTrace<'_> {
             return until::until(planner, &self.header, beginning, &goal, store);
         }
         let before = watch.seconds().1;
-        let Finished { traced, mut told, .. } = if enough::decides(self.options) {
-            enough::enough(planner, &self.header, self.options, store, watch)?
-        } else {
-            let traced = trace(&self.header, &self.geometry, beginning, store, watch.0)?;
-            Finished { traced, told: json!({}), is_reached: None }
-        };
+        let traced = trace(&self.header, &self.geometry, beginning, store, watch.0)?;
+        let mut told = json!({});
         let seconds = watch.seconds().1 - before;
         if let Some(plan) = plan.filter(|_| self.options.shard.is_none()) {
             let comparison = until::compare_planned(planner, &plan.pilot, &traced.map, seconds, watch)?;

@@ -10,9 +10,8 @@ use crate::{Effects, Error, Map, Result, Variants};
 /// Options of a trace; those that are none have the default stated here.
 #[derive(Debug, Clone, Default)]
 pub struct TraceOptions<'a> {
-    /// Emissions per source, and per band with [`Spectral::PerBand`]: at least 1. By default ∛(32 000² n), 16 000 to 100 000, where n bring
-    /// half-widths of level, T30, EDT and C80 to half a just-noticeable difference; with `decision` those of its map; with `shard` or
-    /// [`Mode::Paper`] 100 000. With `shard` those of all shards, with `extend` those of the whole new map, with `until` the maximum.
+    /// Emissions per source, and per band with [`Spectral::PerBand`]: at least 1. By default 24 000, with `decision` those of its map.
+    /// With `shard` those of all shards, with `extend` those of the whole new map, with `until` the maximum.
     pub packets: Option<u64>,
     /// Seed of every random number; by default 1.
     pub seed: Option<u64>,

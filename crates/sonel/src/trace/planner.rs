@@ -5,7 +5,7 @@ use crate::study::forecast::Pilot;
 use crate::study::pilot::{self, PilotConfig};
 use crate::study::pipeline::Room;
 use crate::study::plan;
-use sonel_map::{Settings, SonelMap};
+use sonel_map::Settings;
 use sonel_renderer::ReceiverPoint;
 
 use crate::feasible::Demand;
@@ -34,17 +34,11 @@ impl<'a> Planner<'a> {
         Self { room, settings, evaluation_receivers }
     }
 
-    /// Looks at the first packets of the run, which are returned, too: also at their cost, in so many CPU `seconds` where they are limited,
-    /// where it `is_priced`.
-    pub(super) fn pilot(
-        &self,
-        is_priced: bool,
-        seconds: Option<f64>,
-        watch: Watch<'_>,
-    ) -> Result<(Pilot, SonelMap)> {
+    /// Looks at the first packets of the run, in so many CPU `seconds` where they are limited.
+    pub(super) fn pilot(&self, seconds: Option<f64>, watch: Watch<'_>) -> Result<Pilot> {
         let Self { room, settings, evaluation_receivers } = self;
         let (settings, receivers) = (*settings, &evaluation_receivers[..]);
-        pilot::run(&PilotConfig { room, settings, receivers, edges: is_priced, seconds }, watch.0)
+        pilot::run(&PilotConfig { room, settings, receivers, seconds }, watch.0)
     }
 
     /// Checks that a run of so many `emissions` takes no more than any run may, nor more memory [bytes] or time [s] than is `allowed`.
