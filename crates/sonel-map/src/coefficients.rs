@@ -70,11 +70,10 @@ impl MaterialRow {
     /// nothing passes.
     #[must_use]
     pub fn through(&self) -> f64 {
-        let is_mirrored = self.specular.energy.largest() > 0.0;
-        match (self.is_partition, is_mirrored) {
-            (false, _) => 0.0,
-            (true, true) => LEAST_THROUGH,
-            (true, false) => 1.0,
+        match self.is_partition {
+            false => 0.0,
+            true if self.specular.energy.largest() > 0.0 => LEAST_THROUGH,
+            true => 1.0,
         }
     }
 }
