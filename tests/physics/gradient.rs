@@ -130,7 +130,8 @@ fn direct_sound_has_the_level_and_time_of_its_tube_of_rays() {
         let scene = scene.with_receiver("above", [0.0, 0.0, 30.0]);
         let traced = Traced::new(scene, settings(64));
         let rendering = traced.render(RenderSettings::default());
-        for arrival in rendering.arrivals.iter().filter(|arrival| arrival.receiver < places.len()) {
+        let direct: Vec<_> = rendering.arrivals.iter().filter(|arrival| arrival.order == 0).collect();
+        for arrival in direct.iter().filter(|arrival| arrival.receiver < places.len()) {
             let to = DVec3::from_array(places[arrival.receiver]);
             let expected = tube(gradient, from, to);
             assert!((arrival.energy[0] / expected - 1.0).abs() < 1e-6, "{gradient} {to}");
@@ -145,9 +146,9 @@ fn direct_sound_has_the_level_and_time_of_its_tube_of_rays() {
             assert!((arrival.length / speed() / time - 1.0).abs() < 1e-9);
         }
         // Where sound slows down by 4 m/s a metre, the arcs over 150 m would pass below the ground.
-        assert_eq!(rendering.arrivals.len(), if gradient < -1.0 { 3 } else { 5 }, "{gradient}");
+        assert_eq!(direct.len(), if gradient < -1.0 { 3 } else { 5 }, "{gradient}");
         // Straight up the time is an integral of 1/c.
-        let above = rendering.arrivals.iter().find(|arrival| arrival.receiver == places.len());
+        let above = direct.iter().find(|arrival| arrival.receiver == places.len());
         let ends = [20.0, 30.0].map(|z| speed() + gradient * z);
         let time = if gradient.abs() < 1e-6 { 10.0 / ends[0] } else { (ends[1] / ends[0]).ln() / gradient };
         assert!((above.expect("nothing between").length / speed() / time - 1.0).abs() < 1e-6);
@@ -265,8 +266,86 @@ fn estimators_agree_in_a_gradient() {
         apart = apart.max(sigmas(c, b));
     }
     assert!(apart > 6.0, "even air agrees too: {apart}");
-    for class in [PathClass::ImageSource, PathClass::Edge, PathClass::DiffuseMirror] {
+    for class in [PathClass::Edge, PathClass::DiffuseMirror] {
         assert!(auto.classes[class as usize].1.iter().all(|&energy| energy == 0.0), "{class:?}");
+    }
+}
+
+/// Height above the ground at which a ray from `from` arrives over x = `reach`, with its reflections at z = 0; none where it never does.
+fn shoot(gradient: f64, from: DVec3, elevation: f64, reach: f64) -> Option<(f64, u32)> {
+    let (mut from, mut direction) = (from, dvec3(elevation.cos(), 0.0, elevation.sin()));
+    for reflections in 0..50 {
+        let arc = Arc::leaving(profile(gradient), from, direction);
+        // Beyond `until` the arc is past the ground or past the receiver.
+        let mut until = 1e-4;
+        let is_past = |time: f64| arc.at(time).z < 0.0 || arc.at(time).x > reach;
+        while !is_past(until) {
+            until *= 1.1;
+            if until > 60.0 {
+                return None;
+            }
+        }
+        let mut low = 1e-6;
+        for _ in 0..60 {
+            let middle = 0.5 * (low + until);
+            *(if is_past(middle) { &mut until } else { &mut low }) = middle;
+        }
+        let end = arc.at(low);
+        if end.x > reach - 1e-6 {
+            return Some((end.z, reflections));
+        }
+        from = dvec3(end.x, 0.0, 0.0);
+        direction = arc.direction(low) * dvec3(1.0, 1.0, -1.0);
+    }
+    None
+}
+
+/// Fluences over each number of reflections, from a fan of rays: where neighbours pass on both sides of the receiver, the tube between them.
+fn fan(gradient: f64, from: DVec3, to: DVec3) -> Vec<(u32, f64)> {
+    const STEP: f64 = 2e-5;
+    let reach = to.x - from.x;
+    let ray = |number: i32| (f64::from(number) * STEP, shoot(gradient, from, f64::from(number) * STEP, to.x));
+    let rays: Vec<_> = (-40_000..40_000).map(ray).collect();
+    let tube = |ends: &[(f64, Option<(f64, u32)>)]| {
+        let ((angle, low), (_, high)) = (ends[0], ends[1]);
+        let ((low, reflections), (high, same)) = (low?, high?);
+        let is_between = reflections == same && (low < to.z) != (high < to.z);
+        // dΩ = cos φ dφ dβ crosses x dβ dz.
+        let arriving = (speed() + gradient * to.z) / (speed() + gradient * from.z) * angle.cos();
+        let across = (high - low).abs() / STEP * arriving;
+        is_between.then(|| (reflections, angle.cos() / (4.0 * PI * reach * across)))
+    };
+    rays.windows(2).filter_map(tube).collect()
+}
+
+/// All ways over level ground, however many reflections they have, and their tubes of rays.
+#[test]
+fn reflections_at_level_ground_are_those_of_a_fan_of_rays() {
+    let from = dvec3(0.0, 0.0, 1.5);
+    for (gradient, places) in
+        [(0.1, [[50.0, 1.5], [140.0, 4.0], [280.0, 1.5]]), (-0.1, [[20.0, 1.5], [60.0, 3.0], [90.0, 1.2]])]
+    {
+        let scene = ground(0.0, gradient, 1.5).with_source("source", from.to_array());
+        let scene = places.iter().fold(scene, |scene, &[x, z]| scene.with_receiver("receiver", [x, 0.0, z]));
+        let rendering = Traced::new(scene, settings(64)).render(RenderSettings::default());
+        for (receiver, [x, z]) in places.into_iter().enumerate() {
+            let mut found: Vec<(u32, f64)> = rendering
+                .arrivals
+                .iter()
+                .filter(|arrival| arrival.receiver == receiver)
+                .map(|arrival| (arrival.order, arrival.energy[0]))
+                .collect();
+            let mut expected = fan(gradient, from, dvec3(x, 0.0, z));
+            let order = |a: &(u32, f64), b: &(u32, f64)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));
+            found.sort_by(order);
+            expected.sort_by(order);
+            assert_eq!(found.len(), expected.len(), "{gradient} {x}: {found:?} {expected:?}");
+            assert!(found.len() > 1, "it is reflected");
+            for ((reflections, energy), (same, tube)) in found.into_iter().zip(expected) {
+                assert_eq!(reflections, same);
+                assert!((energy / tube - 1.0).abs() < 0.02, "{gradient} {x} {reflections}: {energy} {tube}");
+            }
+        }
     }
 }
 

@@ -35,14 +35,13 @@ pub fn trace_table(plan: &Plan) -> String {
         );
     }
     let usual = Effort::of_trace(Settings::default().emissions, plan.pilot.effort.batches);
-    let typical = |parameter| Some((plan.pilot.typical(parameter, usual)?, parameter));
-    if let Some((width, parameter)) =
-        PLANNED.into_iter().filter_map(typical).max_by(|a, b| a.0.total_cmp(&b.0))
+    let typical = |parameter: Parameter| Some((plan.pilot.typical(parameter, usual)?, parameter.heading().0));
+    if let Some((width, symbol)) = PLANNED.into_iter().filter_map(typical).max_by(|a, b| a.0.total_cmp(&b.0))
     {
-        let (packets, (symbol, ..)) = (count(usual.emissions), parameter.heading());
+        let packets = count(usual.emissions);
         let _ = writeln!(
             text,
-            "without `packets` a run takes {packets}: half-widths of {symbol}, the widest, are then {width:.2} JND (geometric mean)"
+            "without `packets` a run takes {packets}: half-widths of {symbol}, the widest, are {width:.2} JND (geometric mean)"
         );
     }
     text + &widths(plan)

@@ -13,7 +13,7 @@ type Ring = (&'static str, usize, &'static [&'static str]);
 const RINGS: [Ring; 6] = [
     (
         "engine",
-        28_700,
+        29_000,
         &[
             "crates/sonel-acoustics/",
             "crates/sonel-sampling/",
@@ -29,7 +29,7 @@ const RINGS: [Ring; 6] = [
     ),
     ("results", 7_600, &["crates/sonel-analysis/", "crates/sonel-design/", "crates/sonel-drawing/"]),
     ("sound", 2_100, &["crates/sonel-sound/"]),
-    ("face", 7_000, &["crates/sonel/"]),
+    ("face", 6_900, &["crates/sonel/"]),
     ("programs", 7_100, &["tools/"]),
     ("binding", 1_100, &["python/"]),
 ];

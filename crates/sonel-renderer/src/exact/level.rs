@@ -27,18 +27,16 @@ impl Levels {
     #[must_use]
     pub(crate) fn new(geometry: &Geometry, profile: SpeedProfile) -> Self {
         let rise = profile.gradient().normalize();
-        let is_level = |normal: DVec3| normal.dot(rise).abs() > LEVEL;
-        let surfaces = geometry.surfaces();
-        let planes =
-            surfaces.iter().map(|surface| is_level(surface.normal).then_some(surface.plane)).collect();
-        let mut heights: Vec<(PlaneId, f64)> = surfaces
-            .iter()
-            .filter(|surface| is_level(surface.normal))
-            .map(|surface| {
+        let (mut planes, mut heights) = (Vec::new(), Vec::new());
+        for surface in geometry.surfaces() {
+            let cosine = surface.normal.dot(rise);
+            let is_level = cosine.abs() > LEVEL;
+            planes.push(is_level.then_some(surface.plane));
+            if is_level {
                 let offset = surface.offset - surface.normal.dot(geometry.center());
-                (surface.plane, offset * surface.normal.dot(rise).signum())
-            })
-            .collect();
+                heights.push((surface.plane, offset * cosine.signum()));
+            }
+        }
         heights.sort_by_key(|(plane, _)| *plane);
         heights.dedup_by_key(|(plane, _)| *plane);
         Self { profile, rise, planes, heights }

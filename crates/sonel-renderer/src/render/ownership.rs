@@ -96,7 +96,8 @@ impl Renderer<'_> {
             PathClass::Edge => Some(
                 "direct sound only, as in even air: where paths bend, levels behind edges may be decibels off",
             ),
-            _ => Some("image sources are not computed along arcs"),
+            PathClass::ImageSource => Some("along arcs those at one level are computed"),
+            _ => Some("other image sources are not computed along arcs"),
         }
     }
 }

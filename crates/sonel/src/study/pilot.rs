@@ -60,10 +60,8 @@ pub fn run(config: &PilotConfig<'_>, observer: &dyn Observer) -> Result<Pilot> {
     // The second look costs no more than in proportion to its packets.
     let end = (1 + SECOND) as f64 * (clock.process() - begin);
     let ends_late = config.seconds.is_some_and(|seconds| end > seconds);
-    if is_enough(&pilot) || ends_late {
-        return Ok(pilot);
-    }
-    Ok(look(config, SECOND * first, Some(&map), observer)?.0)
+    let is_last = is_enough(&pilot) || ends_late;
+    if is_last { Ok(pilot) } else { Ok(look(config, SECOND * first, Some(&map), observer)?.0) }
 }
 
 /// Whether a first look is trusted.

@@ -36,9 +36,8 @@ impl<'a> Planner<'a> {
 
     /// Looks at the first packets of the run, in so many CPU `seconds` where they are limited.
     pub(super) fn pilot(&self, seconds: Option<f64>, watch: Watch<'_>) -> Result<Pilot> {
-        let Self { room, settings, evaluation_receivers } = self;
-        let (settings, receivers) = (*settings, &evaluation_receivers[..]);
-        pilot::run(&PilotConfig { room, settings, receivers, seconds }, watch.0)
+        let (room, receivers) = (&self.room, &self.evaluation_receivers[..]);
+        pilot::run(&PilotConfig { room, settings: self.settings, receivers, seconds }, watch.0)
     }
 
     /// Checks that a run of so many `emissions` takes no more than any run may, nor more memory [bytes] or time [s] than is `allowed`.
