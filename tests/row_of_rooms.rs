@@ -50,18 +50,19 @@ pub fn scene(row: RowOfRooms, drawn: Drawn) -> Scene {
     let mut partition = wall("partition");
     partition.transmission = vec![row.transmission];
     let step = SIZE.x + drawn.thickness();
-    let mesh = as_read(&mesh(row.rooms, drawn));
+    let (mesh, air_at) = as_read(&mesh(row.rooms, drawn));
     let mut scene = Scene::from_parts(mesh, vec![wall("wall"), partition], bands, 1.2)
         .with_source("source", SOURCE)
         .without_air_attenuation();
+    scene.air_at = air_at;
     for (room, [x, y, z]) in RECEIVERS.into_iter().take(row.rooms).enumerate() {
         scene = scene.with_receiver("receiver", [x + room as f64 * step, y, z]);
     }
     scene
 }
 
-/// A mesh as the loader of scenes leaves it, where faces of [`PARTITION`] transmit.
-fn as_read(mesh: &Mesh) -> Mesh {
+/// A mesh as the loader of scenes leaves it, where faces of [`PARTITION`] transmit, and where it has air.
+fn as_read(mesh: &Mesh) -> (Mesh, Vec<DVec3>) {
     let mut file = String::new();
     let mut write = |line: String| file.extend([line.as_str(), "\n"]);
     mesh.vertices.iter().for_each(|DVec3 { x, y, z }| write(format!("v {x} {y} {z}")));
@@ -72,12 +73,12 @@ fn as_read(mesh: &Mesh) -> Mesh {
     let text = "mesh = \"row.obj\"\nduration_s = 1\n[materials.wall]\nabsorption = 0.2\n[materials.partition]\n\
                 absorption = 0.2\ntransmission = 0.1\n[[sources]]\nposition = [1.1, 2.1, 1.2]\n";
     let loaded = sonel_scene::load(text, "row", &mut |_| Ok(file.clone().into_bytes()));
-    let Scene { mut mesh, materials, .. } = loaded.expect("a sound scene").scene;
+    let Scene { mut mesh, materials, air_at, .. } = loaded.expect("a sound scene").scene;
     for triangle in &mut mesh.triangles {
         let is_partition = materials[triangle.material as usize].name == "partition";
         triangle.material = if is_partition { PARTITION } else { WALL };
     }
-    mesh
+    (mesh, air_at)
 }
 
 fn mesh(rooms: usize, drawn: Drawn) -> Mesh {
@@ -147,12 +148,16 @@ pub fn rendered(row: RowOfRooms, drawn: Drawn, estimator: Estimator, emissions: 
     (0..row.rooms).map(of).map(|(value, sigma)| Estimate { value, sigma }).collect()
 }
 
-/// Checks that all rooms get what the slow simulator counts, within 4 σ each, and that a factor `loss` at each partition would show; how far
-/// they are off [dB].
+/// Checks that all rooms get what the slow simulator counts, within 4 σ each, and that a factor `loss` at each partition would show. Prints how
+/// far they are off.
 ///
 /// # Panics
 /// Where they do not.
-pub fn check(name: &str, loss: f64, rendered: &[Estimate], counted: &[Estimate]) -> Vec<f64> {
+pub fn check(name: &str, loss: f64, rendered: &[Estimate], counted: &[Estimate]) {
+    let decibels =
+        |(rendered, counted): (&Estimate, &Estimate)| 10.0 * (rendered.value / counted.value).log10();
+    let off: Vec<f64> = rendered.iter().zip(counted).map(decibels).collect();
+    println!("{name}: {off:.3?} dB");
     let differs = |loss: f64| {
         (0_i32..).zip(rendered).zip(counted).find_map(|((room, rendered), counted)| {
             let expected = Estimate { value: counted.value * loss.powi(room), ..*counted };
@@ -162,7 +167,4 @@ pub fn check(name: &str, loss: f64, rendered: &[Estimate], counted: &[Estimate])
     };
     assert_eq!(differs(1.0), None, "{name}");
     assert!(differs(loss).is_some(), "{name}: a loss within the thickness is found");
-    let decibels =
-        |(rendered, counted): (&Estimate, &Estimate)| 10.0 * (rendered.value / counted.value).log10();
-    rendered.iter().zip(counted).map(decibels).collect()
 }

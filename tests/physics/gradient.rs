@@ -305,7 +305,7 @@ fn fan(gradient: f64, from: DVec3, to: DVec3) -> Vec<(u32, f64)> {
     const STEP: f64 = 2e-5;
     let reach = to.x - from.x;
     let ray = |number: i32| (f64::from(number) * STEP, shoot(gradient, from, f64::from(number) * STEP, to.x));
-    let rays: Vec<_> = (-40_000..40_000).map(ray).collect();
+    let rays: Vec<_> = (-10_000..10_000).map(ray).collect();
     let tube = |ends: &[(f64, Option<(f64, u32)>)]| {
         let ((angle, low), (_, high)) = (ends[0], ends[1]);
         let ((low, reflections), (high, same)) = (low?, high?);

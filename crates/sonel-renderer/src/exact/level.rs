@@ -98,11 +98,9 @@ impl Levels {
             let to = if is_last { ends[1] } else { ends[1] + lift * back }.as_vec3();
             passed.extend(Partitions::along(geometry, table, from, &leg, to)?);
             if !is_last {
+                // Straight down from there the level is met at that place or nowhere.
                 let hit = geometry.closest_hit(Departure::free(to), -back.as_vec3())?;
-                if self.of(hit.surface) != Some(plane) || f64::from(hit.distance) > 2.0 * lift {
-                    return None;
-                }
-                mirrors.push(hit.surface);
+                mirrors.push(Some(hit.surface).filter(|met| self.of(*met) == Some(plane))?);
             }
             from = to;
         }
