@@ -148,16 +148,15 @@ pub fn rendered(row: RowOfRooms, drawn: Drawn, estimator: Estimator, emissions: 
     (0..row.rooms).map(of).map(|(value, sigma)| Estimate { value, sigma }).collect()
 }
 
-/// Checks that all rooms get what the slow simulator counts, within 4 σ each, and that a factor `loss` at each partition would show. Prints how
-/// far they are off.
+/// Checks that all rooms get what the slow simulator counts, within 4 σ each, and that a factor `loss` at each partition would show; how far
+/// they are off [dB].
 ///
 /// # Panics
 /// Where they do not.
-pub fn check(name: &str, loss: f64, rendered: &[Estimate], counted: &[Estimate]) {
+pub fn check(name: &str, loss: f64, rendered: &[Estimate], counted: &[Estimate]) -> Vec<f64> {
     let decibels =
         |(rendered, counted): (&Estimate, &Estimate)| 10.0 * (rendered.value / counted.value).log10();
     let off: Vec<f64> = rendered.iter().zip(counted).map(decibels).collect();
-    println!("{name}: {off:.3?} dB");
     let differs = |loss: f64| {
         (0_i32..).zip(rendered).zip(counted).find_map(|((room, rendered), counted)| {
             let expected = Estimate { value: counted.value * loss.powi(room), ..*counted };
@@ -165,6 +164,7 @@ pub fn check(name: &str, loss: f64, rendered: &[Estimate], counted: &[Estimate])
             agree(*rendered, expected, within).err().map(|off| format!("room {room}: {off}"))
         })
     };
-    assert_eq!(differs(1.0), None, "{name}");
+    assert_eq!(differs(1.0), None, "{name}: off by {off:.3?} dB");
     assert!(differs(loss).is_some(), "{name}: a loss within the thickness is found");
+    off
 }

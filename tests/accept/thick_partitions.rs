@@ -21,10 +21,10 @@ fn three_rooms_in_a_row_get_what_passes_whatever_the_thickness() {
         Drawn::Faces(0.9),
     ] {
         let rendered = rendered(row, drawn, Estimator::Auto, EMISSIONS);
-        check(&format!("{drawn:?}"), LOSS, &rendered, &counted);
+        println!("{drawn:?}: {:.3?} dB", check(&format!("{drawn:?}"), LOSS, &rendered, &counted));
     }
     let gathered = rendered(row, Drawn::Solids(0.3), Estimator::Gather, EMISSIONS);
-    check("gather", LOSS, &gathered, &counted);
+    println!("gather: {:.3?} dB", check("gather", LOSS, &gathered, &counted));
 }
 
 /// Few packets cross a sphere behind two partitions: one, of 1 m, where 1 dB was lost.
@@ -32,5 +32,5 @@ fn three_rooms_in_a_row_get_what_passes_whatever_the_thickness() {
 fn spheres_next_door_get_what_passes_a_metre() {
     let row = row(2, 0.4);
     let found = rendered(row, Drawn::Solids(1.0), Estimator::Sphere, EMISSIONS);
-    check("sphere", 0.8, &found, &fluences(row, 20_000));
+    println!("sphere: {:.3?} dB", check("sphere", 0.8, &found, &fluences(row, 20_000)));
 }

@@ -25,7 +25,7 @@ fn level_db(rendering: &Rendering, expected: f64) -> (f64, f64) {
 }
 
 fn check(scattering: f64, expected: f64) {
-    let traced = Traced::new(room(scattering), Settings::default());
+    let traced = Traced::new(room(scattering), Settings { emissions: 100_000, ..Settings::default() });
     assert!(traced.ledger.worst_residual() < 1e-9);
     let (level, error) = level_db(&traced.render(RenderSettings::default()), expected);
     assert!(error < 0.012, "too noisy to mean anything: {error} dB");
