@@ -542,7 +542,7 @@ def trace(
         A scene with sources.
     packets
         Packets per source (and band with `spectral` per-band); with `extend` of the whole new map, with `until` the
-        maximum (default 24 000).
+        maximum (default 32 000).
     until
         Add packets until the half-width of every 95 % interval meets its target, such as t30<1%,level<0.1dB,c80<0.2jnd;
         `report["until"]["reached"]` says whether it does. The map is that of `packets` with the final number. Parameters: level, g, edt, t20, t30, c50,
