@@ -56,27 +56,6 @@ fn screened() -> Scene {
     scene.with_source("source", [1.5, 2.5, 1.4]).with_receiver("behind the screen", [6.4, 3.4, 1.2])
 }
 
-/// A box whose walls (x, y, z, each first at zero) have other absorption and scattering.
-fn faced(mut scene: Scene, walls: &[(usize, f64, f64)]) -> Scene {
-    for &(wall, absorption, scattering) in walls {
-        let bands = scene.bands.count();
-        let number = scene.materials.len() as u32;
-        scene.materials.push(Material::uniform(&format!("wall {wall}"), absorption, scattering, bands));
-        scene.mesh.triangles[2 * wall..][..2].iter_mut().for_each(|it| it.material = number);
-    }
-    scene
-}
-
-/// A classroom whose ceiling absorbs: sound between its walls decays late.
-fn treated() -> Scene {
-    faced(boxed([9.0, 7.0, 3.0], 0.05, 0.1), &[(5, 0.9, 0.1), (4, 0.1, 0.1)])
-}
-
-/// An absorbing room with two smooth hard walls that face each other.
-fn flutter() -> Scene {
-    faced(boxed([7.0, 5.0, 3.0], 0.6, 0.5), &[(0, 0.03, 0.02), (1, 0.03, 0.02)]).with_duration(1.5)
-}
-
 fn scenes() -> Vec<(&'static str, Scene)> {
     let placed = |scene: Scene| {
         scene.with_source("source", [1.6, 1.3, 1.4]).with_receiver("receiver", [4.4, 2.1, 1.1])
@@ -90,8 +69,6 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         ("smooth box", placed(boxed([7.0, 5.0, 3.2], 0.15, 0.08))),
         ("rough box", placed(boxed([10.0, 8.0, 5.0], 0.2, 1.0))),
         ("corridor", placed(boxed([30.0, 2.5, 2.8], 0.1, 0.2))),
-        ("absorbing ceiling", placed(treated())),
-        ("flutter", placed(flutter())),
         ("screen", screened()),
         ("coupled rooms", coupled()),
     ]
