@@ -33,6 +33,7 @@ const SPURIOUS: f64 = 0.325;
 const ONE_SIDE: f64 = 0.5;
 /// Standard deviations that are exceeded once in 20 times.
 const MOST_SIGMAS: f64 = 1.96;
+
 /// Packets, rays and batches of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
