@@ -301,11 +301,11 @@ fn shoot(gradient: f64, from: DVec3, elevation: f64, reach: f64) -> Option<(f64,
 }
 
 /// Fluences over each number of reflections, from a fan of rays: where neighbours pass on both sides of the receiver, the tube between them.
-fn fan(gradient: f64, from: DVec3, to: DVec3) -> Vec<(u32, f64)> {
+fn fan(gradient: f64, from: DVec3, to: DVec3, rays: i32) -> Vec<(u32, f64)> {
     const STEP: f64 = 2e-5;
     let reach = to.x - from.x;
     let ray = |number: i32| (f64::from(number) * STEP, shoot(gradient, from, f64::from(number) * STEP, to.x));
-    let rays: Vec<_> = (-10_000..10_000).map(ray).collect();
+    let rays: Vec<_> = (-rays..rays).map(ray).collect();
     let tube = |ends: &[(f64, Option<(f64, u32)>)]| {
         let ((angle, low), (_, high)) = (ends[0], ends[1]);
         let ((low, reflections), (high, same)) = (low?, high?);
@@ -335,7 +335,7 @@ fn reflections_at_level_ground_are_those_of_a_fan_of_rays() {
                 .filter(|arrival| arrival.receiver == receiver)
                 .map(|arrival| (arrival.order, arrival.energy[0]))
                 .collect();
-            let mut expected = fan(gradient, from, dvec3(x, 0.0, z));
+            let mut expected = fan(gradient, from, dvec3(x, 0.0, z), 10_000);
             let order = |a: &(u32, f64), b: &(u32, f64)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));
             found.sort_by(order);
             expected.sort_by(order);
@@ -390,4 +390,23 @@ fn what_knows_straight_paths_only_is_refused() {
     assert!(refused(RenderSettings::of(Estimator::Gather)) && refused(RenderSettings::of(Estimator::Paper)));
     assert!(refused(RenderSettings { mirror_order: Some(2), ..RenderSettings::default() }));
     assert!(!refused(RenderSettings::of(Estimator::Connection)) && !refused(RenderSettings::default()));
+}
+
+#[test]
+#[ignore = "long: cargo xtask accept"]
+fn every_way_over_level_ground_is_found_from_random_places() {
+    let mut random = sonel_testkit::uniform::Uniform::new(3);
+    for trial in 0..40 {
+        let gradient = random.between(0.03, 0.3) * if trial % 2 == 0 { 1.0 } else { -1.0 };
+        let from = dvec3(0.0, 0.0, random.between(0.5, 5.0));
+        let to = dvec3(random.between(10.0, 250.0), 0.0, random.between(0.5, 5.0));
+        let scene = ground(0.0, gradient, 1.5).with_source("source", from.to_array());
+        let scene = scene.with_receiver("receiver", to.to_array());
+        let rendering = Traced::new(scene, settings(64)).render(RenderSettings::default());
+        let sum = |energies: Vec<f64>| (energies.len(), energies.into_iter().sum::<f64>());
+        let found = sum(rendering.arrivals.iter().map(|arrival| arrival.energy[0]).collect());
+        let expected = sum(fan(gradient, from, to, 40_000).into_iter().map(|(_, energy)| energy).collect());
+        assert_eq!(found.0, expected.0, "{gradient} {from} {to}");
+        assert!((found.1 - expected.1).abs() <= 0.02 * expected.1, "{gradient} {from} {to}");
+    }
 }
