@@ -109,7 +109,7 @@ fn measure_edges_alone(name: &str, count: usize, allowed: f64) {
     };
     let ((with, rendering), (without, _)) = (render(&["diffraction"]), render(&[]));
     let most = rendering.edge_work.iter().map(|work| work.computed).max().unwrap_or(0);
-    let left_out = |work: &EdgeWork| work.left_out.iter().map(|[_, more]| *more).fold(0.0, f64::max);
+    let left_out = |work: &EdgeWork| work.left_out.iter().copied().fold(0.0, f64::max);
     let dropped = rendering.edge_work.iter().map(left_out).fold(0.0, f64::max);
     println!(
         "edges, {name}, {count} receivers: {:.2} CPU-s ({allowed} allowed for the fewest), up to {most} contributions, the others expected \

@@ -289,8 +289,11 @@ fn at_receiver(
             let [lower, higher] = response.left_out_db(s, r, b);
             for (parameter, value) in &mut parameters {
                 if let (Parameter::Level | Parameter::Strength, Ok(estimate)) = (parameter, value) {
-                    estimate.interval =
-                        estimate.interval.clone().map(|[low, high]| [low + lower, high + higher]);
+                    // Independent of the spread of packets.
+                    let value = estimate.value;
+                    estimate.interval = estimate.interval.clone().map(|[low, high]| {
+                        [value - libm::hypot(value - low, lower), value + libm::hypot(high - value, higher)]
+                    });
                 }
             }
             if has_direct {

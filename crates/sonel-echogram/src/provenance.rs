@@ -186,7 +186,7 @@ pub struct SourceRendering {
 pub struct EdgeContributions {
     /// How many were computed.
     pub computed: usize,
-    /// By how much the others are expected to lower, a negative number, and to raise the level of each band at most [dB].
+    /// The 95 % interval of what the others would change the level of each band by [dB].
     pub left_out_db: Vec<[f64; 2]>,
 }
 

@@ -210,8 +210,8 @@ impl Response {
         Some((missing.fluence.get(at)? * sensitivity, *missing.decay_rate.get(at)?))
     }
 
-    /// By how much sound over edges that was not computed may lower, a negative number, and raise the level of source `s` at receiver `r` in band `b` [dB]; of
-    /// sources together, what it may change most.
+    /// The 95 % interval of what sound over edges that was not computed would change the level of source `s` at receiver `r` in band `b` by [dB]; of
+    /// sources together, the widest.
     #[must_use]
     pub fn left_out_db(&self, s: usize, r: usize, b: usize) -> [f64; 2] {
         let sources = &self.provenance.sources;

@@ -72,8 +72,8 @@ pub struct Rendering {
 pub struct EdgeWork {
     /// Number of contributions that were computed.
     pub computed: usize,
-    /// How far the others are expected to lower and to raise the energy of each band at most, as shares of it.
-    pub left_out: Vec<[f64; 2]>,
+    /// Standard deviation of what the others would change the energy of each band by, as a share of it.
+    pub left_out: Vec<f64>,
 }
 
 impl Rendering {

@@ -306,7 +306,7 @@ fn of_source(renderer: &Renderer<'_>, rendering: &Rendering, source: &Source) ->
     };
     let edges = rendering.edge_work.iter().map(|work| EdgeContributions {
         computed: work.computed,
-        left_out_db: work.left_out.iter().map(|&[less, more]| [change_db(-less), change_db(more)]).collect(),
+        left_out_db: work.left_out.iter().map(|sd| [-1.96, 1.96].map(|z| change_db(z * sd))).collect(),
     });
     let boundary = rendering.boundary.iter().filter(|factors| !factors.is_empty());
     let boundary = boundary.map(|factors| factors.iter().map(|&factor| energy_to_level_db(factor)).collect());

@@ -61,16 +61,7 @@ impl Place {
     fn is_at(&self, other: &Self, distance: f64) -> bool {
         self.position.distance(other.position) <= distance && self.through == other.through
     }
-
-    /// About the place.
-    #[must_use]
-    pub(super) fn key(&self) -> Key {
-        (self.position.to_array().map(|x| libm::round(1e3 * x) as i64), self.planes.clone())
-    }
 }
-
-/// A place in millimetres and planes, to tell most image sources from one another.
-pub(super) type Key = ([i64; 3], Vec<PlaneId>);
 
 /// The way of sound over edges.
 #[derive(Clone)]

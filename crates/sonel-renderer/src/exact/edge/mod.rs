@@ -214,7 +214,7 @@ impl Edges {
         let to = Images::new(self, at.geometry, at.table, places, Some(&tree), tree.order());
         let same_place = SAME_PLACE * f64::from(at.geometry.resolution());
         let field = Field::new(self, at.attenuation, visible, same_place);
-        let search = Search { at, from, to: &to, field: &field };
+        let search = Search { at, from, to: &to };
         let mut ranked = search.rank(visible, others);
         let cells =
             [at.radiator.position, at.receiver].map(|end| at.geometry.cell_at(end + at.geometry.center()));

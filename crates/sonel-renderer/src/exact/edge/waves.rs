@@ -11,7 +11,7 @@ use sonel_diffraction::{
 use sonel_map::BandValues;
 
 use super::bodies::WALL;
-use super::contributions::{Contribution, Over, both, place};
+use super::contributions::{Contribution, Over, both};
 use super::faces::Pair;
 use super::field::{FaceSide, Field, Part, Place, Route, Sides};
 use super::images::{Image, Images, Passed, specular};
@@ -325,13 +325,13 @@ impl<'a> Waves<'a> {
         spectrum.energy(&[Wave { length: 0.0, amplitude }])
     }
 
-    /// The image source that is seen past the edges and over `faces` of theirs.
+    /// The image source over walls alone that is seen past the edges and over `faces` of theirs.
     fn place(&self, path: &ClearPath<'_>, faces: &[Mirror]) -> Place {
         let [from, to] = path.images;
-        let faces: Vec<Mirror> = faces.iter().chain(path.floor).copied().collect();
-        let mut place = place(self.from.all[0].position, from, &faces, to);
-        place.through.clone_from(&path.through);
-        place
+        let all = || from.mirrors.iter().chain(faces).chain(path.floor).chain(to.mirrors.iter().rev());
+        let walls = || all().filter(|mirror| mirror.is_wall());
+        let position = walls().fold(self.from.all[0].position, |point, mirror| mirror.image(point));
+        Place::new(position, walls().map(|mirror| mirror.plane), path.through.clone())
     }
 
     /// Whether what passes the edges, or is mirrored in the `face` of one, reaches the receiver without them.
