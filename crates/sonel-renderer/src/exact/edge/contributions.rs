@@ -14,6 +14,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
+use rayon::prelude::*;
 use sonel_diffraction::Wedge;
 
 use super::faces::{Joined, Pair};
@@ -40,6 +41,8 @@ const OF_BOUNDS: f64 = 0.045;
 const MOST: usize = 2048;
 /// Number of contributions from which on energies over bounds are known.
 const SURE: usize = 64;
+/// Contributions that are computed at once, by all processors.
+const AT_ONCE: usize = 32;
 
 /// Edges that are passed.
 #[derive(Debug, Clone, Copy)]
@@ -108,12 +111,21 @@ impl Search<'_> {
         for wave in visible {
             found.iter_mut().zip(&wave.energy).for_each(|(sum, energy)| *sum += 4.0 * PI * energy);
         }
-        let (mut contributions, mut bounds) = (Vec::new(), Vec::new());
-        self.visit(|contribution, ends, wedges| {
-            contributions.push((contribution, contributions.len()));
-            let is_pair = matches!(contribution.over, Over::Two(_));
-            bounds.extend(self.bounds(ends, wedges, is_pair));
-        });
+        let found_from = |from: usize| {
+            let (mut contributions, mut bounds) = (Vec::new(), Vec::new());
+            self.visit(from, |contribution, ends, wedges| {
+                contributions.push(contribution);
+                let is_pair = matches!(contribution.over, Over::Two(_));
+                bounds.extend(self.bounds(ends, wedges, is_pair));
+            });
+            (contributions, bounds)
+        };
+        let by_image: Vec<(Vec<Contribution>, Vec<f64>)> =
+            (0..self.from.all.len()).into_par_iter().map(found_from).collect();
+        let (contributions, bounds): (Vec<_>, Vec<_>) = by_image.into_iter().unzip();
+        let contributions: Vec<(Contribution, usize)> =
+            contributions.into_iter().flatten().zip(0..).collect();
+        let bounds = bounds.concat();
         let mut rest = vec![0.0; bands];
         let mut loudest = vec![f64::MIN_POSITIVE; bands];
         for bounds in bounds.chunks_exact(bands) {
@@ -147,26 +159,22 @@ impl Search<'_> {
         Ranked { contributions, bounds, rest, found, computed: vec![[0.0; 2]; bands], next: 0, seen: 0 }
     }
 
-    /// Visits all contributions, with their ends and edges.
-    fn visit(&self, mut visit: impl FnMut(Contribution, &Ends<'_>, [&RoomEdge; 2])) {
+    /// Visits all contributions of an image of the source, with their ends and edges.
+    fn visit(&self, from: usize, mut visit: impl FnMut(Contribution, &Ends<'_>, [&RoomEdge; 2])) {
+        let source = &self.from.all[from];
         let order = self.from.order().min(self.to.order()).min(self.at.complete_order);
-        for (from, source) in self.from.all.iter().enumerate() {
-            for (to, receiver) in self.to.all.iter().enumerate() {
-                let images = source.order() + receiver.order();
-                // Images are sorted by order.
-                if images > order {
-                    break;
-                }
-                for (between, joined) in self.from.edges.joined.iter().enumerate() {
-                    let reflections = images + u32::from(joined.floor.is_some());
-                    if reflections <= order
-                        && let Some(ends) = self.ends(source, receiver, joined)
-                    {
-                        self.over(joined, &ends, [from, to], |over, edges| {
-                            let both = edges.map(|edge| &self.from.edges.all[edge]);
-                            visit(Contribution { from, to, over, between }, &ends, both);
-                        });
-                    }
+        // Images are sorted by order.
+        let images = self.to.all.iter().take_while(|receiver| source.order() + receiver.order() <= order);
+        for (to, receiver) in images.enumerate() {
+            for (between, joined) in self.from.edges.joined.iter().enumerate() {
+                let reflections = source.order() + receiver.order() + u32::from(joined.floor.is_some());
+                if reflections <= order
+                    && let Some(ends) = self.ends(source, receiver, joined)
+                {
+                    self.over(joined, &ends, [from, to], |over, edges| {
+                        let both = edges.map(|edge| &self.from.edges.all[edge]);
+                        visit(Contribution { from, to, over, between }, &ends, both);
+                    });
                 }
             }
         }
@@ -269,20 +277,23 @@ impl Search<'_> {
 }
 
 impl Ranked {
-    /// The next contribution that has to be computed.
-    pub(super) fn next(&mut self) -> Option<Contribution> {
+    /// The next contributions that have to be computed.
+    pub(super) fn next(&mut self) -> Option<Vec<Contribution>> {
         if self.seen >= MOST || self.is_enough() {
             return None;
         }
-        let (contribution, number) = *self.contributions.get(self.next)?;
-        self.next += 1;
+        let first = self.next;
+        self.next = (first + AT_ONCE).min(self.contributions.len());
+        let next = &self.contributions[first..self.next];
         let bands = self.rest.len();
-        let bounds = &self.bounds[number * bands..];
-        for ((rest, bound), computed) in self.rest.iter_mut().zip(bounds).zip(&mut self.computed) {
-            computed[0] += bound;
-            *rest = (*rest - bound).max(0.0);
+        for (_, number) in next {
+            let bounds = &self.bounds[number * bands..];
+            for ((rest, bound), computed) in self.rest.iter_mut().zip(bounds).zip(&mut self.computed) {
+                computed[0] += bound;
+                *rest = (*rest - bound).max(0.0);
+            }
         }
-        Some(contribution)
+        (first < self.next).then(|| next.iter().map(|(contribution, _)| *contribution).collect())
     }
 
     /// Notes the `energy` per band of what has been computed [1/m²].

@@ -21,6 +21,7 @@ mod mirror;
 mod waves;
 
 use glam::DVec3;
+use rayon::prelude::*;
 use sonel_acoustics::Bands;
 use sonel_diffraction::{Complex, Spectrum, Wedge};
 use sonel_geometry::{End, Geometry, Side, SurfaceId};
@@ -220,9 +221,11 @@ impl Edges {
             [at.radiator.position, at.receiver].map(|end| at.geometry.cell_at(end + at.geometry.center()));
         let mut waves = Waves { at, from, to: &to, field, is_sealed: cells[0] != cells[1] };
         waves.add_straight();
-        while let Some(contribution) = ranked.next() {
-            if let Some(energy) = waves.add(contribution) {
-                ranked.found(&energy);
+        while let Some(next) = ranked.next() {
+            let found: Vec<_> = next.into_par_iter().map(|contribution| waves.find(contribution)).collect();
+            for found in found.into_iter().flatten() {
+                ranked.found(&found.energy);
+                waves.add(found);
             }
         }
         let work = EdgeWork { computed: ranked.computed(), left_out: ranked.left_out().collect() };

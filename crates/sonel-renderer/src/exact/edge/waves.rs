@@ -52,6 +52,23 @@ struct ClearPath<'a> {
     floor: Option<&'a Mirror>,
 }
 
+/// A contribution with its waves.
+pub(super) struct Found<'a> {
+    path: ClearPath<'a>,
+    parts: Vec<FoundPart<'a>>,
+    /// About the energy that they have by themselves, per band [1/m²].
+    pub energy: Vec<f64>,
+}
+
+/// Waves over the same edges.
+struct FoundPart<'a> {
+    passed: Vec<PassedEdge<'a>>,
+    /// The shortest way over the one edge that cuts an image source off [m].
+    detour: Option<f64>,
+    /// Lengths with which amplitudes rotate [m], and those by wave of the first edge and of the second one and by cell [1/m].
+    pieces: Vec<(f64, Vec<Vec<Complex>>)>,
+}
+
 /// One edge on a path.
 struct PassedEdge<'a> {
     edge: &'a RoomEdge,
@@ -64,13 +81,27 @@ struct PassedEdge<'a> {
 }
 
 impl<'a> Waves<'a> {
-    /// Adds the waves of a contribution to the field. Returns about the energy that they have by themselves, per band [1/m²]; [`None`] where
-    /// something is on its way.
-    pub(super) fn add(&mut self, contribution: Contribution) -> Option<Vec<f64>> {
+    /// The waves of a contribution; [`None`] where something is on its way.
+    pub(super) fn find(&self, contribution: Contribution) -> Option<Found<'a>> {
         match contribution.over {
-            Over::Edge(edge) => self.add_edge(contribution, edge),
-            Over::Face(pair) => self.add_face(contribution, pair),
-            Over::Two(edges) => self.add_two(contribution, edges),
+            Over::Edge(edge) => self.over_edge(contribution, edge),
+            Over::Face(pair) => self.over_pair(contribution, pair),
+            Over::Two(edges) => self.over_two(contribution, edges),
+        }
+    }
+
+    /// Adds them to the field.
+    pub(super) fn add(&mut self, Found { path, parts, .. }: Found<'a>) {
+        for FoundPart { passed, detour, pieces } in parts {
+            let (sides, groups) = self.sides(&path, &passed);
+            if let (Some(detour), Some(group)) = (detour, groups[0]) {
+                let straight = self.field.position(group).distance(self.at.receiver);
+                self.field.keep_clear(group, detour - straight);
+            }
+            for (length, waves) in pieces {
+                let waves = groups.iter().copied().zip(waves).collect();
+                self.field.add(Part { route: path.route.clone(), length, sides: sides.clone(), waves });
+            }
         }
     }
 
@@ -99,7 +130,7 @@ impl<'a> Waves<'a> {
         [&from.all[contribution.from], &to.all[contribution.to]]
     }
 
-    fn add_edge(&mut self, contribution: Contribution, index: usize) -> Option<Vec<f64>> {
+    fn over_edge(&self, contribution: Contribution, index: usize) -> Option<Found<'a>> {
         let all = self.from.edges;
         let edge = &all.all[index];
         let images = self.images(contribution);
@@ -108,31 +139,21 @@ impl<'a> Waves<'a> {
         let over = inside(&edge.wedge, part, apex(from, to));
         let path = self.clear(contribution, &[edge], &[edge.beside(over, part)], [over; 2], None)?;
         let passed = PassedEdge { edge, over, ends: images.map(|image| image.position), points: [from, to] };
-        let (sides, groups) = self.sides(&path, &[passed]);
-        let group = groups[0].expect("a path has its own group");
         let visible = Visibility {
             direct: Some(self.sees(&path, None)),
             faces: [0, 1].map(|face| Some(self.sees(&path, Some(&edge.faces[face])))),
             within: self.doubt([from, to]),
         };
         let edge_path = EdgePath::new(&edge.wedge, from, to, part, visible, all.spectrum.range());
-        let straight = self.field.position(group).distance(self.at.receiver);
-        self.field.keep_clear(group, edge_path.detour() - straight);
-        let mut energy = vec![0.0; self.at.attenuation.len()];
-        for (piece, length) in edge_path.lengths().enumerate() {
-            let terms = edge_path.amplitudes(piece, all.spectrum.wave_numbers());
-            if piece == 0 {
-                energy = self.energy(&path, terms.iter().map(sum));
-            }
-            let waves =
-                (0..WAVES).map(|wave| (groups[wave], path.heard(terms.iter().map(|terms| terms[wave]))));
-            let (route, sides, waves) = (path.route.clone(), sides.clone(), waves.collect());
-            self.field.add(Part { route, length, sides, waves });
-        }
-        Some(energy)
+        let terms = |piece: usize| edge_path.amplitudes(piece, all.spectrum.wave_numbers());
+        let energy = self.energy(&path, terms(0).iter().map(sum));
+        let lengths = edge_path.lengths().enumerate();
+        let pieces = lengths.map(|(piece, length)| (length, path.by_wave(&terms(piece)))).collect();
+        let detour = Some(edge_path.detour());
+        Some(Found { parts: vec![FoundPart { passed: vec![passed], detour, pieces }], path, energy })
     }
 
-    fn add_face(&mut self, contribution: Contribution, pair: Pair) -> Option<Vec<f64>> {
+    fn over_pair(&self, contribution: Contribution, pair: Pair) -> Option<Found<'a>> {
         let all = self.from.edges;
         let both = pair.edges.map(|edge| &all.all[edge]);
         let images = self.images(contribution);
@@ -154,26 +175,22 @@ impl<'a> Waves<'a> {
         let face_path = self.over_face([of(0), of(1)], displaced, points)?;
         let amplitudes = face_path.amplitudes(all.spectrum.wave_numbers());
         let mut energy = vec![0.0; self.at.attenuation.len()];
-        for (lead, terms) in face_path.leads().zip(&amplitudes) {
+        let parts = face_path.leads().zip(&amplitudes).map(|(lead, terms)| {
             let mut ends = images.map(|image| image.position);
             ends[1 - lead.edge] = joined.image(ends[1 - lead.edge]);
             let passed =
                 PassedEdge { edge: both[lead.edge], over: places[lead.edge], ends, points: lead.ends };
-            let (sides, groups) = self.sides(&path, &[passed]);
             energy
                 .iter_mut()
                 .zip(self.energy(&path, terms.iter().map(sum)))
                 .for_each(|(sum, energy)| *sum += energy);
-            let waves =
-                (0..WAVES).map(|wave| (groups[wave], path.heard(terms.iter().map(|terms| terms[wave]))));
-            let part =
-                Part { route: path.route.clone(), length: face_path.length(), sides, waves: waves.collect() };
-            self.field.add(part);
-        }
-        Some(energy)
+            let pieces = vec![(face_path.length(), path.by_wave(terms))];
+            FoundPart { passed: vec![passed], detour: None, pieces }
+        });
+        Some(Found { parts: parts.collect(), path, energy })
     }
 
-    fn add_two(&mut self, contribution: Contribution, edges: [usize; 2]) -> Option<Vec<f64>> {
+    fn over_two(&self, contribution: Contribution, edges: [usize; 2]) -> Option<Found<'a>> {
         let all = self.from.edges;
         let both = edges.map(|edge| &all.all[edge]);
         let images = self.images(contribution);
@@ -197,18 +214,14 @@ impl<'a> Waves<'a> {
             };
             PassedEdge { edge: both[edge], over: places[edge], ends, points: pair.points()[edge] }
         });
-        let (sides, groups) = self.sides(&path, &passed);
-        let terms = pair.amplitudes(all.spectrum.wave_numbers());
-        let whole = |terms: &[[Complex; WAVES]; WAVES]| {
-            terms.iter().fold(Complex::ZERO, |all, terms| all + sum(terms))
-        };
-        let energy = self.energy(&path, terms.iter().map(whole));
-        let waves = groups.into_iter().enumerate().map(|(wave, group)| {
-            (group, path.heard(terms.iter().map(|terms| terms[wave / WAVES][wave % WAVES])))
-        });
-        let part = Part { route: path.route.clone(), length: pair.length(), sides, waves: waves.collect() };
-        self.field.add(part);
-        Some(energy)
+        let terms: Vec<[Complex; WAVES * WAVES]> = pair
+            .amplitudes(all.spectrum.wave_numbers())
+            .iter()
+            .map(|terms| std::array::from_fn(|wave| terms[wave / WAVES][wave % WAVES]))
+            .collect();
+        let energy = self.energy(&path, terms.iter().map(sum));
+        let pieces = vec![(pair.length(), path.by_wave(&terms))];
+        Some(Found { parts: vec![FoundPart { passed: passed.into(), detour: None, pieces }], path, energy })
     }
 
     /// The path over `edges`, past the `hairs` beside them, if it is clear; along the face of a `pair`.
@@ -436,6 +449,11 @@ impl<'a> ClearPath<'a> {
         self.amplitude = heard.collect();
     }
 
+    /// [`ClearPath::heard`] of every wave.
+    fn by_wave<const N: usize>(&self, terms: &[[Complex; N]]) -> Vec<Vec<Complex>> {
+        (0..N).map(|wave| self.heard(terms.iter().map(|terms| terms[wave]))).collect()
+    }
+
     /// Amplitudes of a wave, one a cell, with what the way takes of them [1/m].
     fn heard(&self, terms: impl Iterator<Item = Complex>) -> Vec<Complex> {
         terms.zip(&self.amplitude).map(|(term, amplitude)| term * *amplitude).collect()
@@ -452,7 +470,7 @@ pub(super) fn bodies_of<'m>(mirrors: impl IntoIterator<Item = &'m Mirror>, edges
     bodies
 }
 
-fn sum(terms: &[Complex; WAVES]) -> Complex {
+fn sum<const N: usize>(terms: &[Complex; N]) -> Complex {
     terms.iter().fold(Complex::ZERO, |sum, term| sum + *term)
 }
 
