@@ -13,13 +13,11 @@ use crate::wave_numbers::WaveNumbers;
 /// Cells of an octave: means are exact for amplitudes that fall as the root of 1/f, as those over edges do far from their boundaries, and err by
 /// 0.011 dB for 1/f.
 const CELLS_PER_OCTAVE: f64 = 4.0;
-/// Products of two waves below this share of the strongest wave's own are left out: thousands of them with random phases
-/// make less than 1e-4 dB, 0.01 dB in a band that is 30 dB below the strongest.
-const NEGLIGIBLE: f64 = 1e-7;
-
-/// Angle [rad] by which waves of one length turn against one another between the middle and the end of a cell: an error of 1e-4 of what they
+/// Angle [rad] by which waves of one length turn against one another between the middle and the end of a cell: an error of 4e-4 of what they
 /// add up to.
-const SAME_LENGTH: f64 = 0.02;
+const SAME_LENGTH: f64 = 0.05;
+/// Pairs of waves that are multiplied at once.
+const AT_ONCE: usize = 4;
 
 /// A cell of a band.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,144 +101,116 @@ impl Spectrum {
         Wave { length, amplitude: vec![Complex::real(amplitude); self.cells.len()] }
     }
 
-    /// amplitude e^(−jk length) of a wave in the middle of each cell [1/m], up to the last one in which it is not 0.
-    fn at_receiver(&self, wave: &Wave) -> Vec<Complex> {
-        let is_something = |amplitude: &Complex| amplitude.square_of_modulus() > 0.0;
-        let count = wave.amplitude.iter().rposition(is_something).map_or(0, |last| last + 1);
-        let cells = self.cells[..count].iter().zip(&wave.amplitude);
-        cells.map(|(cell, &amplitude)| amplitude * Complex::unit(-cell.k * wave.length)).collect()
-    }
-
-    /// All waves in ascending order of length, those of nearly one length as one.
-    fn turned<W: Borrow<Wave>>(&self, waves: &[W]) -> Vec<TurnedWave> {
-        let widest = self.cells.iter().map(|cell| cell.half).fold(f64::MIN_POSITIVE, f64::max);
-        let mut sorted: Vec<&Wave> = waves.iter().map(Borrow::borrow).collect();
-        sorted.sort_by(|one, other| one.length.total_cmp(&other.length));
-        let mut turned = Vec::new();
-        let mut sorted = sorted.into_iter().peekable();
-        while let Some(first) = sorted.next() {
-            let mut sum = self.at_receiver(first);
-            while let Some(next) = sorted.next_if(|next| widest * (next.length - first.length) <= SAME_LENGTH)
-            {
-                let amplitude = self.at_receiver(next);
-                sum.resize(sum.len().max(amplitude.len()), Complex::ZERO);
-                sum.iter_mut().zip(amplitude).for_each(|(sum, amplitude)| *sum += amplitude);
-            }
-            let across = self.cells[..sum.len()].iter().map(|cell| Complex::unit(cell.half * first.length));
-            turned.push(TurnedWave {
-                length: first.length,
-                across: Parts::new(across),
-                largest_square: sum.iter().map(|a| a.square_of_modulus()).fold(0.0, f64::max),
-                amplitude: Parts::new(sum.into_iter()),
-            });
-        }
-        turned
-    }
-
-    /// Adds, per band, the mean of Re(a b*) of a wave `a` with others, each cell times `weights`, without products that cannot exceed `least` [1/m²].
-    fn add(&self, a: &TurnedWave, b: &[TurnedWave], weights: &[f64], least: f64, sum: &mut [f64]) {
-        let narrowest = self.cells.iter().map(|cell| cell.half).fold(f64::INFINITY, f64::min);
-        // With the weights and the half widths, which all waves share.
-        let scaled: Vec<f64> =
-            weights.iter().zip(&self.cells).map(|(weight, cell)| weight / cell.half).collect();
-        let scaled = Parts {
-            re: a.amplitude.re.iter().zip(&scaled).map(|(a, scale)| a * scale).collect(),
-            im: a.amplitude.im.iter().zip(&scaled).map(|(a, scale)| a * scale).collect(),
-        };
-        let mut cells = vec![0.0; a.amplitude.re.len()];
-        for b in b {
-            let cells = &mut cells[..a.amplitude.re.len().min(b.amplitude.re.len())];
-            let difference = a.length - b.length;
-            // The mean over a cell falls as the turns of the two against one another within it.
-            let bound =
-                (a.largest_square * b.largest_square).sqrt() / (narrowest * difference).abs().max(1.0);
-            if bound < least {
-                continue;
-            }
-            if (narrowest * difference).abs() < SMALL {
-                for (index, (cell, sum)) in self.cells.iter().zip(&mut *cells).enumerate() {
-                    let product = a.amplitude.with_conjugate(&b.amplitude, index).re;
-                    let turn = a.across.with_conjugate(&b.across, index).im;
-                    *sum += weights[index] * product * sinc(cell.half * difference, turn);
-                }
-            } else {
-                scaled.add_turned(&b.amplitude, &a.across, &b.across, 1.0 / difference, cells);
-            }
-        }
-        for (cell, part) in self.cells.iter().zip(cells) {
-            sum[cell.band] += part;
-        }
-    }
-
     /// Mean of |p|² of the field of `waves` per band [1/m²].
     #[must_use]
     pub fn energy<W: Borrow<Wave>>(&self, waves: &[W]) -> Vec<f64> {
-        let waves = self.turned(waves);
-        let loudest = waves.iter().map(|wave| wave.largest_square).fold(0.0, f64::max);
-        let once: Vec<f64> = self.cells.iter().map(|cell| cell.weight).collect();
-        let twice: Vec<f64> = once.iter().map(|weight| 2.0 * weight).collect();
-        let least = NEGLIGIBLE * loudest;
-        let mut sum = vec![0.0; self.bands];
-        for (index, wave) in waves.iter().enumerate() {
-            self.add(wave, std::slice::from_ref(wave), &once, least, &mut sum);
-            self.add(wave, &waves[index + 1..], &twice, least, &mut sum);
-        }
-        debug_assert!(sum.iter().all(|energy| energy.is_finite()), "{sum:?}");
-        // The mean of a square: what rounding leaves below zero is zero.
-        sum.iter().map(|energy| energy.max(0.0)).collect()
+        let mut sorted: Vec<&Wave> = waves.iter().map(Borrow::borrow).collect();
+        sorted.sort_by(|one, other| one.length.total_cmp(&other.length));
+        let mut first = 0;
+        let bands = self.cells.chunk_by(|one, other| one.band == other.band);
+        bands
+            .map(|cells| {
+                let before = first;
+                first += cells.len();
+                Arriving::new(cells, before, &sorted).mean_square(cells)
+            })
+            .collect()
     }
 }
 
-/// A wave whose phases at the receiver are known in every cell, so that products of thousands of pairs need no sine.
-#[derive(Debug, Clone, PartialEq)]
-struct TurnedWave {
-    length: f64,
-    /// amplitude e^(−jk length) in the middle of each cell [1/m], up to the last one in which it is not 0.
-    amplitude: Parts,
-    /// e^(j half length): how far the wave turns from the middle of each cell to its end.
-    across: Parts,
-    /// Largest |amplitude|² of any cell [1/m²].
-    largest_square: f64,
+/// Waves at the receiver in one band, in ascending order of length, those of nearly one length as one.
+struct Arriving {
+    lengths: Vec<f64>,
+    /// By cell.
+    rows: Vec<Row>,
 }
 
-/// One complex number a cell, as real and imaginary parts, which processors multiply by the row.
-#[derive(Debug, Clone, PartialEq)]
-struct Parts {
+/// Waves in one cell, by their number.
+#[derive(Clone, Default)]
+struct Row {
+    /// Real and imaginary parts of amplitude e^(−jk length) in the middle of the cell [1/m].
     re: Vec<f64>,
     im: Vec<f64>,
+    /// e^(j half length): how far each wave turns from the middle of the cell to its end.
+    cosine: Vec<f64>,
+    sine: Vec<f64>,
 }
 
-impl Parts {
-    fn new(numbers: impl Iterator<Item = Complex>) -> Self {
-        let (re, im) = numbers.map(|number| (number.re, number.im)).unzip();
-        Self { re, im }
-    }
-
-    /// The number at `index` times the conjugate of another one.
-    fn with_conjugate(&self, other: &Self, index: usize) -> Complex {
-        Complex::new(self.re[index], self.im[index])
-            * Complex::new(other.re[index], other.im[index]).conjugate()
-    }
-
-    /// Adds Re(self other*) Im(turn other_turn*) `scale` of each cell to `sum`.
-    fn add_turned(&self, other: &Self, turn: &Self, other_turn: &Self, scale: f64, sum: &mut [f64]) {
-        let count = sum.len();
-        let rows = [self, other, turn, other_turn].map(|parts| (&parts.re[..count], &parts.im[..count]));
-        let [(a_re, a_im), (b_re, b_im), (turn_re, turn_im), (other_re, other_im)] = rows;
-        for cell in 0..count {
-            let product = a_re[cell] * b_re[cell] + a_im[cell] * b_im[cell];
-            let sine = turn_im[cell] * other_re[cell] - turn_re[cell] * other_im[cell];
-            sum[cell] += product * sine * scale;
+impl Arriving {
+    /// In `cells`, of which `before` others lie below, from waves `sorted` by length.
+    fn new(cells: &[Cell], before: usize, sorted: &[&Wave]) -> Self {
+        let widest = cells.iter().map(|cell| cell.half).fold(0.0, f64::max);
+        let mut arriving = Self { lengths: Vec::new(), rows: vec![Row::default(); cells.len()] };
+        for wave in sorted {
+            let amplitudes = &wave.amplitude[before..][..cells.len()];
+            if amplitudes.iter().all(|amplitude| amplitude.square_of_modulus() <= 0.0) {
+                continue;
+            }
+            let is_new =
+                arriving.lengths.last().is_none_or(|last| widest * (wave.length - last) > SAME_LENGTH);
+            if is_new {
+                arriving.lengths.push(wave.length);
+            }
+            for ((row, cell), &amplitude) in arriving.rows.iter_mut().zip(cells).zip(amplitudes) {
+                row.add(is_new, amplitude * Complex::unit(-cell.k * wave.length), cell.half * wave.length);
+            }
         }
+        arriving
+    }
+
+    /// Mean of |p|² [1/m²]: over a cell, that of a product of two waves falls as sin x/x, x = half (difference of their lengths).
+    fn mean_square(&self, cells: &[Cell]) -> f64 {
+        let mut sums = vec![0.0; cells.len()];
+        let mut inverse = vec![0.0; self.lengths.len()];
+        for (index, length) in self.lengths.iter().enumerate() {
+            for (inverse, other) in inverse[index + 1..].iter_mut().zip(&self.lengths[index + 1..]) {
+                *inverse = 1.0 / (other - length);
+            }
+            for ((sum, row), cell) in sums.iter_mut().zip(&self.rows).zip(cells) {
+                let own = row.re[index] * row.re[index] + row.im[index] * row.im[index];
+                *sum += own + 2.0 / cell.half * row.with_later(index, &inverse);
+            }
+        }
+        // The mean of a square: what rounding leaves below zero is zero.
+        sums.iter().zip(cells).map(|(sum, cell)| cell.weight * sum).sum::<f64>().max(0.0)
     }
 }
 
-/// Angle [rad] below which sin x / x is taken from its series to x²; x⁴/120 is then below 1e-14.
-const SMALL: f64 = 1e-3;
+impl Row {
+    /// Adds a wave that turns by `angle` to the end of the cell, as a new one or to the last.
+    fn add(&mut self, is_new: bool, amplitude: Complex, angle: f64) {
+        if is_new {
+            let (sine, cosine) = libm::sincos(angle);
+            self.re.push(0.0);
+            self.im.push(0.0);
+            self.sine.push(sine);
+            self.cosine.push(cosine);
+        }
+        let last = self.re.len() - 1;
+        self.re[last] += amplitude.re;
+        self.im[last] += amplitude.im;
+    }
 
-/// sin x / x, where sin x is known; rounding of a small sine is avoided.
-fn sinc(x: f64, sine: f64) -> f64 {
-    if x.abs() < SMALL { 1.0 - x * x / 6.0 } else { sine / x }
+    /// Sum of Re(a b*) sin(half (difference of their lengths)) over that difference [1/m³], of wave `index` and all later ones.
+    fn with_later(&self, index: usize, inverse: &[f64]) -> f64 {
+        let [re, im, cosine, sine] = [&self.re, &self.im, &self.cosine, &self.sine].map(|row| row[index]);
+        let mut sums = [0.0; AT_ONCE];
+        let mut add = |lane: usize, [b_re, b_im, b_cosine, b_sine, inverse]: [f64; 5]| {
+            sums[lane] += (re * b_re + im * b_im) * (b_sine * cosine - b_cosine * sine) * inverse;
+        };
+        let rows = [&self.re[..], &self.im, &self.cosine, &self.sine, inverse].map(|row| &row[index + 1..]);
+        let whole = rows[0].len() - rows[0].len() % AT_ONCE;
+        for first in (0..whole).step_by(AT_ONCE) {
+            let lanes = rows.map(|row| &row[first..first + AT_ONCE]);
+            for lane in 0..AT_ONCE {
+                add(lane, lanes.map(|row| row[lane]));
+            }
+        }
+        for other in whole..rows[0].len() {
+            add(0, rows.map(|row| row[other]));
+        }
+        sums.iter().sum()
+    }
 }
 
 #[cfg(test)]
