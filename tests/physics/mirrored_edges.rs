@@ -151,7 +151,7 @@ fn walks_past_obstacles_on_a_floor_have_no_steps() {
 }
 
 /// Boxes that stand on a floor are the same with and without a foot: the inner sides of hollow ones are no mirrors for anybody outside, and the
-/// edges of one box do not go on in images that another one's would show. Contributions below 0.05 dB are left out of both.
+/// edges of one box do not go on in images that another one's would show. Of either, ± 0.17 dB are left out at 95 %.
 #[test]
 fn hollow_boxes_are_as_closed_ones() {
     let boxes =
@@ -169,6 +169,6 @@ fn hollow_boxes_are_as_closed_ones() {
             let energies = hollow.iter().zip(&closed).flat_map(|(one, other)| one.iter().zip(other));
             energies.map(|(one, other)| (10.0 * (one / other).log10()).abs()).fold(0.0, f64::max)
         });
-        assert!(largest < 0.1 && of_others > 0.3, "{largest} {of_others} dB");
+        assert!(largest < 0.24 && of_others > 0.3, "{largest} {of_others} dB");
     }
 }

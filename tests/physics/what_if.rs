@@ -6,7 +6,7 @@ use sonel_analysis::what_if::{Fitness, fitness};
 use sonel_analysis::{Parameter, ReceiverParameters, parameters};
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
-use sonel_renderer::RenderSettings;
+use sonel_renderer::{RenderSettings, Renderer};
 use sonel_scene::Scene;
 use sonel_tests::estimates::{agree_in_windows, windows};
 use sonel_tests::two_rooms::{Partition, two_rooms};
@@ -294,5 +294,33 @@ fn derivatives_are_those_of_fresh_traces() {
                 assert!((slope.slope - expected).abs() < allowed, "{slope:?} instead of {expected}");
             }
         }
+    }
+}
+
+/// With earlier image sources a rendering is the same to the last bit: with others where a wall begins to mirror, which those know nothing of.
+#[test]
+fn image_sources_are_taken_over_where_materials_leave_them() {
+    let scene = two_rooms(Partition::Sheet, [0.2, 0.3], 0.5, &[1e-2, 1e-3]);
+    let traced = Traced::new(scene.clone(), Settings { emissions: 64, batches: 4, ..Settings::default() });
+    let design = |absorption: f64, scattering: f64| {
+        let mut map = traced.map.clone();
+        let mut materials = scene.materials.clone();
+        (materials[0].absorption, materials[0].scattering) = (vec![absorption; 2], vec![scattering; 2]);
+        map.change(materials, scene.sources.clone());
+        map
+    };
+    let (more, dark, now) = (design(0.4, 0.5), design(0.4, 1.0), design(0.2, 0.5));
+    let renderer = |map| Renderer::new(map, &traced.geometry, few_rays()).expect("a valid map");
+    let energies = |renderer: Renderer<'_>| {
+        let borders = vec![renderer.bins().edges(); scene.receivers.len()];
+        let rendering = renderer.render(0, &receivers_of(&scene), &borders).expect("sound receivers");
+        rendering.arrivals.iter().flat_map(|it| it.energy.clone()).collect::<Vec<f64>>()
+    };
+    let fresh = energies(renderer(&now));
+    for earlier in [&more, &dark] {
+        let before = renderer(earlier);
+        let kept = before.preparation();
+        assert_ne!(energies(before), fresh, "the change is too small to be seen");
+        assert_eq!(energies(renderer(&now).after(Some(kept))), fresh);
     }
 }

@@ -24,6 +24,10 @@ fn kept<K: PartialEq, V: Clone>(kept: &Kept<K, V>, wanted: &K) -> Option<V> {
     Some(kept[0].1.clone())
 }
 
+fn last<K, V: Clone>(kept: &Kept<K, V>) -> Option<V> {
+    kept.lock().unwrap_or_else(PoisonError::into_inner).first().map(|(_, value)| value.clone())
+}
+
 fn keep<K: PartialEq, V>(kept: &Kept<K, V>, made_for: K, made: V) {
     let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
     kept.retain(|(earlier, _)| *earlier != made_for);
@@ -112,7 +116,7 @@ impl Prepared {
         if let Some(preparation) = kept(&self.preparations, &wanted) {
             return Ok(Renderer::resume(map, geometry, preparation));
         }
-        let renderer = Renderer::new(map, geometry, settings.clone())?;
+        let renderer = Renderer::new(map, geometry, settings.clone())?.after(last(&self.preparations));
         keep(&self.preparations, wanted, renderer.preparation());
         Ok(renderer)
     }

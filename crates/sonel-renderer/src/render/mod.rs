@@ -76,7 +76,7 @@ pub struct Preparation {
     /// Level surfaces where the speed of sound has a gradient and no estimator is forced.
     pub(crate) levels: Option<Levels>,
     /// Image sources of each source, found when they are first asked for.
-    pub(crate) image_sources: Vec<OnceLock<ImageSources>>,
+    pub(crate) image_sources: Vec<OnceLock<Arc<ImageSources>>>,
     /// Surveys of the sonels, by source, made with the rest.
     surveys: Vec<OnceLock<SonelSurvey>>,
     /// Surfaces laid out and how rays gather on them; none where a forced estimator does without.
@@ -91,6 +91,8 @@ pub struct Renderer<'a> {
     pub(crate) geometry: &'a Geometry,
     /// What no receiver changes; shared, so that it outlives borrows of the map.
     pub(crate) prepared: Arc<Preparation>,
+    /// A preparation of the same map, such as for other materials, of which something may be taken over.
+    earlier: Option<Arc<Preparation>>,
     /// Number of batches that are rendered, the first ones of the map.
     pub(crate) batches: u32,
 }
@@ -176,7 +178,8 @@ impl<'a> Renderer<'a> {
             settings,
             bins,
         };
-        let renderer = Self { map, geometry, prepared: Arc::new(prepared), batches: traced.batches };
+        let renderer =
+            Self { map, geometry, prepared: Arc::new(prepared), earlier: None, batches: traced.batches };
         for source in 0..sources {
             renderer.survey(source);
         }
@@ -186,7 +189,13 @@ impl<'a> Renderer<'a> {
     /// The renderer of the same `map` and `geometry` that `prepared` was made for.
     #[must_use]
     pub fn resume(map: &'a SonelMap, geometry: &'a Geometry, prepared: Arc<Preparation>) -> Self {
-        Self { map, geometry, prepared, batches: map.header().settings.batches }
+        Self { map, geometry, prepared, earlier: None, batches: map.header().settings.batches }
+    }
+
+    /// With what may be taken over of an `earlier` preparation of the same map: image sources, where other materials leave them.
+    #[must_use]
+    pub fn after(self, earlier: Option<Arc<Preparation>>) -> Self {
+        Self { earlier, ..self }
     }
 
     /// The preparation, for [`Self::resume`].
@@ -233,13 +242,9 @@ impl<'a> Renderer<'a> {
         self.prepared.image_sources[source].get_or_init(|| {
             let position = self.map.header().scene.sources[source].position - self.geometry.center();
             let most = if self.enumerates_mirrors() { self.prepared.settings.mirror_order } else { Some(0) };
-            ImageSources::enumerate(
-                self.geometry,
-                &self.prepared.table,
-                position,
-                self.prepared.bins.reach,
-                most,
-            )
+            let limits = (self.prepared.bins.reach, most);
+            let earlier = self.earlier.as_ref().and_then(|earlier| earlier.image_sources[source].get());
+            ImageSources::enumerate(self.geometry, &self.prepared.table, position, limits, earlier)
         })
     }
 

@@ -14,7 +14,7 @@ use sonel_sampling::{ScrambledSobol, warp};
 
 use crate::exact::mirror::Image;
 use crate::exact::mirror::lattice::ImageLattice;
-use crate::exact::mirror::tree::ImageTree;
+use crate::exact::mirror::tree::{ImageTree, Seed};
 use crate::receiver::{PreparedReceiver, Sensitivity};
 use crate::stochastic::alias::AliasTable;
 use crate::stochastic::connection::DiffuseSonel;
@@ -91,8 +91,8 @@ impl ReceiverImages {
                 (images, weights, None)
             }
             None => {
-                let tree =
-                    ImageTree::new(geometry, table, receiver.exact, End::Source, NODE_LIMIT, Some(most));
+                let seed = Seed::new(geometry, table, receiver.exact, End::Source, NODE_LIMIT, Some(most));
+                let tree = ImageTree::new(geometry, seed);
                 let images = tree.images(table);
                 let weights = pilot_weights(geometry, &tree, &images, receiver.exact);
                 (images, weights, Some(tree))

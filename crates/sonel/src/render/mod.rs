@@ -322,10 +322,7 @@ impl PreparedRendering<'_> {
 fn left_out(response: &sonel_echogram::Response) -> Option<String> {
     let pairs = (0..response.sources()).flat_map(|s| (0..response.receivers()).map(move |r| (s, r)));
     let bands = pairs.flat_map(|(s, r)| (0..response.bands()).map(move |b| (s, r, b)));
-    let change = |(s, r, b)| {
-        let [lower, higher] = response.left_out_db(s, r, b);
-        (higher.max(-lower), r, b)
-    };
+    let change = |(s, r, b)| (-response.left_out_db(s, r, b)[0], r, b);
     let (most, r, b) = bands.map(change).max_by(|one, other| one.0.total_cmp(&other.0))?;
     (most > AUDIBLE_DB).then(|| {
         format!(

@@ -27,7 +27,7 @@ use sonel_diffraction::{Complex, Spectrum, Wedge};
 use sonel_geometry::{End, Geometry, Side, SurfaceId};
 use sonel_map::{BandValues, CoefficientTable};
 
-use crate::exact::mirror::tree::ImageTree;
+use crate::exact::mirror::tree::{ImageTree, Seed};
 use crate::exact::mirror::{ImageSources, MirrorArrival, Radiator};
 use crate::receiver::Sensitivity;
 use crate::rendering::EdgeWork;
@@ -209,8 +209,9 @@ impl Edges {
         others: &[f64],
     ) -> (Vec<EdgeArrival>, EdgeWork) {
         let budget = images::most_images(self.all.len());
-        let tree =
-            ImageTree::new(at.geometry, at.table, at.receiver, End::Receiver, budget, Some(from.order()));
+        let order = Some(from.order());
+        let seed = Seed::new(at.geometry, at.table, at.receiver, End::Receiver, budget, order);
+        let tree = ImageTree::new(at.geometry, seed);
         let places = [at.receiver, at.geometry.in_general_position(at.receiver, End::Receiver)];
         let to = Images::new(self, at.geometry, at.table, places, Some(&tree), tree.order());
         let same_place = SAME_PLACE * f64::from(at.geometry.resolution());

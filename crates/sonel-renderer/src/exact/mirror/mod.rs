@@ -12,6 +12,8 @@ pub(crate) mod chain;
 pub(crate) mod lattice;
 pub(crate) mod tree;
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use sonel_acoustics::{Directivity, Radiation};
 use sonel_geometry::{End, Geometry, Shoebox, SurfaceId};
@@ -19,7 +21,7 @@ use sonel_map::{CoefficientTable, Lanes};
 use sonel_scene::Source;
 
 use lattice::ImageLattice;
-use tree::ImageTree;
+use tree::{ImageTree, Seed};
 
 /// Images of one source: what a receiver can afford to try in some milliseconds. The hall of the scenes reaches order 4.
 const NODE_LIMIT: usize = 200_000;
@@ -106,21 +108,26 @@ pub(crate) fn lattice_room(geometry: &Geometry, table: &CoefficientTable) -> Opt
 }
 
 impl ImageSources {
-    /// Enumerates the image-source paths of a source at `position` (about the scene's centre [m]) up to paths of `reach` [m]; `most` limits K below what is affordable.
+    /// Enumerates the image-source paths of a source at `position` (about the scene's centre [m]) up to paths of `reach` [m]; `most` limits K below
+    /// what is affordable. With other materials they are often the `earlier` ones.
     #[must_use]
     pub(crate) fn enumerate(
         geometry: &Geometry,
         table: &CoefficientTable,
         position: DVec3,
-        reach: f64,
-        most: Option<u32>,
-    ) -> Self {
-        match lattice_room(geometry, table) {
-            Some(room) => Self::Lattice(ImageLattice::new(geometry, &room, table, position, reach, most)),
-            None => {
-                let budget = if most.is_some() { ASKED_NODE_LIMIT } else { NODE_LIMIT };
-                Self::Tree(ImageTree::new(geometry, table, position, End::Source, budget, most))
+        (reach, most): (f64, Option<u32>),
+        earlier: Option<&Arc<Self>>,
+    ) -> Arc<Self> {
+        if let Some(room) = lattice_room(geometry, table) {
+            return Arc::new(Self::Lattice(ImageLattice::new(geometry, &room, table, position, reach, most)));
+        }
+        let budget = if most.is_some() { ASKED_NODE_LIMIT } else { NODE_LIMIT };
+        let seed = Seed::new(geometry, table, position, End::Source, budget, most);
+        match earlier {
+            Some(earlier) if matches!(&**earlier, Self::Tree(tree) if tree.is_of(&seed)) => {
+                Arc::clone(earlier)
             }
+            _ => Arc::new(Self::Tree(ImageTree::new(geometry, seed))),
         }
     }
 

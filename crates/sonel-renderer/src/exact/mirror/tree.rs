@@ -7,6 +7,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
+use rayon::prelude::*;
 use smallvec::SmallVec;
 use sonel_geometry::{Crossed, Departure, End, Geometry, PlaneId, Side, SurfaceId};
 use sonel_map::{BandValues, CoefficientTable, Lanes, lanes_of};
@@ -32,6 +33,8 @@ const TOUCHING: f64 = 1e-3;
 const SAMPLED: usize = 32;
 /// Beams over those that fit that a sample finds too many [1], which are not counted then.
 const FAR_MORE: usize = 2;
+/// Beams that are followed at once, by all processors.
+const AT_ONCE: usize = 1024;
 
 /// Image sources up to the order K that fits the budget.
 #[derive(Debug)]
@@ -42,13 +45,38 @@ pub(crate) struct ImageTree {
     sides: Vec<DVec3>,
     /// The node that follows another over a mirror.
     children: HashMap<(Option<u32>, Mirror), u32>,
+    seed: Seed,
+}
+
+/// What a tree grows from: of equal seeds grow equal trees.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Seed {
     /// Position of the source, or of another end of ways, about the scene's centre [m].
     position: DVec3,
     /// That position in general position, of which the nodes are images.
     origin: DVec3,
-    lanes: usize,
-    /// Largest shift of a path out of its beam by partitions [m].
-    slack: f64,
+    facets: Vec<Facet>,
+    /// Most nodes.
+    budget: usize,
+    /// Highest order.
+    most: u32,
+}
+
+impl Seed {
+    /// Of an `end` of ways at `position` (about the scene's centre [m]), for order by order while it fits `budget` nodes, up to order `most`.
+    #[must_use]
+    pub(crate) fn new(
+        geometry: &Geometry,
+        table: &CoefficientTable,
+        position: DVec3,
+        end: End,
+        budget: usize,
+        most: Option<u32>,
+    ) -> Self {
+        let origin = geometry.in_general_position(position, end);
+        let most = most.unwrap_or(ORDER_LIMIT);
+        Self { position, origin, facets: facets(geometry, table), budget, most }
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -62,7 +90,7 @@ struct Node {
 }
 
 /// A mirror with its outline.
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct Facet {
     mirror: Mirror,
     plane: PlaneId,
@@ -85,35 +113,18 @@ struct Grown {
 }
 
 impl ImageTree {
-    /// Grows the tree of an `end` of ways at `position` (about the scene's centre [m]) order by order while it fits `budget` nodes, up to order `most`.
+    /// Grows the tree.
     #[must_use]
-    pub(crate) fn new(
-        geometry: &Geometry,
-        table: &CoefficientTable,
-        position: DVec3,
-        end: End,
-        budget: usize,
-        most: Option<u32>,
-    ) -> Self {
-        let most = most.unwrap_or(ORDER_LIMIT);
-        let facets = facets(geometry, table);
-        let mut tree = Self {
-            order: 0,
-            nodes: Vec::new(),
-            sides: Vec::new(),
-            children: HashMap::new(),
-            position,
-            origin: geometry.in_general_position(position, end),
-            lanes: lanes_of(table.bands()),
-            slack: SHIFTS * thickest(geometry, table),
-        };
-        let source = Beam::new(tree.origin, &[]);
+    pub(crate) fn new(geometry: &Geometry, seed: Seed) -> Self {
+        let Seed { position, origin, budget, most, .. } = seed;
+        let mut tree =
+            Self { order: 0, nodes: Vec::new(), sides: Vec::new(), children: HashMap::new(), seed };
+        let source = Beam::new(origin, &[]);
         let mut last_order =
             vec![Grown { beam: source, of_radiator: position, last: None, parent: None, index: None }];
         while tree.order < most {
-            let Some(mut next) = grow(geometry, &facets, &last_order, budget - tree.nodes.len()) else {
-                break;
-            };
+            let room_left = budget - tree.nodes.len();
+            let Some(mut next) = grow(geometry, &tree.seed.facets, &last_order, room_left) else { break };
             if next.is_empty() {
                 // Nothing can follow: every longer chain is complete as well.
                 tree.order = most;
@@ -126,6 +137,12 @@ impl ImageTree {
             last_order = next;
         }
         tree
+    }
+
+    /// Whether it has grown from `seed`.
+    #[must_use]
+    pub(crate) fn is_of(&self, seed: &Seed) -> bool {
+        self.seed == *seed
     }
 
     fn adopt(&mut self, grown: &mut Grown) {
@@ -154,14 +171,14 @@ impl ImageTree {
         receiver: DVec3,
         mut found: impl FnMut(&MirrorArrival<'_>),
     ) {
-        let mut factor = vec![Lanes::ZERO; self.lanes];
+        let mut factor = vec![Lanes::ZERO; lanes_of(table.bands())];
         let ends = Ends {
             radiator,
-            origin: self.origin,
+            origin: self.seed.origin,
             receiver,
             displaced: geometry.in_general_position(receiver, End::Receiver),
         };
-        let slack = if table.transmits() { self.slack } else { 0.0 };
+        let slack = SHIFTS * thickest(geometry, table);
         for node in self.nodes.iter().filter(|node| self.is_in_beam(node, ends.displaced, slack)) {
             let chain: SmallVec<[&Reflection; 8]> = self.chain(node).collect();
             if let Some((arrival, _)) = chain::arrive(geometry, table, &ends, &chain, &mut factor) {
@@ -211,7 +228,7 @@ impl ImageTree {
     #[must_use]
     pub(crate) fn images(&self, table: &CoefficientTable) -> Vec<Image> {
         let image = |node: &Node| {
-            let mut factor = vec![Lanes::ONE; self.lanes];
+            let mut factor = vec![Lanes::ONE; lanes_of(table.bands())];
             for reflection in self.chain(node) {
                 factor.multiply(&table.mean_row(reflection.mirror.surface).specular.energy);
             }
@@ -248,7 +265,8 @@ impl ImageTree {
     /// The longest chain along which the mirror path from the origin in `direction` runs, and all its beginnings: image
     /// numbers in ascending order of reflections.
     pub(crate) fn follow(&self, geometry: &Geometry, direction: DVec3, mut found: impl FnMut(usize)) {
-        let (mut departure, mut direction) = (Departure::free(self.position.as_vec3()), direction.as_vec3());
+        let (mut departure, mut direction) =
+            (Departure::free(self.seed.position.as_vec3()), direction.as_vec3());
         let mut parent = None;
         for _ in 0..self.order {
             let Some(hit) = geometry.closest_hit(departure, direction) else { return };
@@ -281,7 +299,8 @@ impl ImageTree {
         ignored: impl FnMut(&Crossed) -> bool,
     ) -> Option<DVec3> {
         let is_in_beam = self.is_in_beam(leaf, from, 0.0);
-        is_in_beam.then(|| chain::connect(geometry, self.chain(leaf), [self.origin, from], left, ignored))?
+        is_in_beam
+            .then(|| chain::connect(geometry, self.chain(leaf), [self.seed.origin, from], left, ignored))?
     }
 }
 
@@ -324,25 +343,32 @@ fn facets(geometry: &Geometry, table: &CoefficientTable) -> Vec<Facet> {
 
 /// All beams that follow from those of one order, or none where they are more than `room_left`: far more are told by a sample.
 fn grow(geometry: &Geometry, facets: &[Facet], parents: &[Grown], room_left: usize) -> Option<Vec<Grown>> {
-    let mut lit = Polygon::default();
     let samples = parents.len() / SAMPLED;
-    let follow =
-        |parent: &Grown| facets.iter().filter(|facet| is_lit(geometry, parent, facet, &mut lit)).count();
-    let followed: usize = parents.iter().step_by(SAMPLED).take(samples).map(follow).sum();
+    let sampled = parents.iter().step_by(SAMPLED).take(samples);
+    let followed: usize = sampled.map(|parent| follow(geometry, facets, parent).len()).sum();
     if samples >= SAMPLED && followed * SAMPLED > FAR_MORE * room_left {
         return None;
     }
     let mut next = Vec::new();
-    for parent in parents {
-        for facet in facets {
-            if !is_lit(geometry, parent, facet, &mut lit) {
-                continue;
-            }
-            if next.len() == room_left {
-                return None;
-            }
+    for parents in parents.chunks(AT_ONCE) {
+        let beams: Vec<Vec<Grown>> =
+            parents.par_iter().map(|parent| follow(geometry, facets, parent)).collect();
+        next.extend(beams.into_iter().flatten());
+        if next.len() > room_left {
+            return None;
+        }
+    }
+    Some(next)
+}
+
+/// The beams that follow from one.
+fn follow(geometry: &Geometry, facets: &[Facet], parent: &Grown) -> Vec<Grown> {
+    let mut lit = Polygon::default();
+    let mut beams = Vec::new();
+    for facet in facets {
+        if is_lit(geometry, parent, facet, &mut lit) {
             let reflection = Reflection::new(geometry, facet.mirror, [parent.beam.apex, parent.of_radiator]);
-            next.push(Grown {
+            beams.push(Grown {
                 beam: Beam::new(reflection.image, &lit.corners),
                 of_radiator: reflection.of_radiator,
                 last: Some((reflection, facet.plane)),
@@ -351,7 +377,7 @@ fn grow(geometry: &Geometry, facets: &[Facet], parents: &[Grown], room_left: usi
             });
         }
     }
-    Some(next)
+    beams
 }
 
 /// Whether the beam of `parent` lights something of `facet`, and what: its part `lit`.
