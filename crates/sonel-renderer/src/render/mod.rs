@@ -239,13 +239,17 @@ impl<'a> Renderer<'a> {
 
     /// Image sources of `source`.
     fn image_sources(&self, source: usize) -> &ImageSources {
-        self.prepared.image_sources[source].get_or_init(|| {
-            let position = self.map.header().scene.sources[source].position - self.geometry.center();
-            let most = if self.enumerates_mirrors() { self.prepared.settings.mirror_order } else { Some(0) };
-            let limits = (self.prepared.bins.reach, most);
-            let earlier = self.earlier.as_ref().and_then(|earlier| earlier.image_sources[source].get());
-            ImageSources::enumerate(self.geometry, &self.prepared.table, position, limits, earlier)
-        })
+        let known = &self.prepared.image_sources[source];
+        if let Some(found) = known.get() {
+            return found;
+        }
+        let position = self.map.header().scene.sources[source].position - self.geometry.center();
+        let most = if self.enumerates_mirrors() { self.prepared.settings.mirror_order } else { Some(0) };
+        let limits = (self.prepared.bins.reach, most);
+        let earlier = self.earlier.as_ref().and_then(|earlier| earlier.image_sources[source].get());
+        let made = ImageSources::enumerate(self.geometry, &self.prepared.table, position, limits, earlier);
+        // Made outside the lock, because all processors take part: one of them may meanwhile begin a task that asks for the same.
+        known.get_or_init(|| made)
     }
 
     /// The time bins.

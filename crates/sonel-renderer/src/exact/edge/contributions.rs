@@ -7,9 +7,9 @@
 //! out is expected to change no band by more than [`AUDIBLE`].
 //!
 //! What is left out changes a band by a value of standard deviation 0.045 (B/E)^¾ √v, with B the sum of its bounds, E the energy of the band, and v the
-//! energies of what has been computed over their bounds. It is our own: between interference of random sign, √B, and energies, B. Among 30 random
-//! furnished rooms and four shipped ones, four receivers and six bands each, intervals of 1.96 times that hold in 96 % what all contributions
-//! make of the level, where up to 20 000 of them are computed.
+//! energies of what has been computed over their bounds. It is our own: between interference of random sign, √B, and energies, B, and fitted
+//! among 30 random furnished rooms and four shipped ones, four receivers and six bands each: there intervals of 1.96 times that hold in 96 % what
+//! all contributions make of the level, where up to 20 000 of them are computed.
 
 use std::f64::consts::{PI, TAU};
 

@@ -145,10 +145,16 @@ impl<'a> Waves<'a> {
             within: self.doubt([from, to]),
         };
         let edge_path = EdgePath::new(&edge.wedge, from, to, part, visible, all.spectrum.range());
-        let terms = |piece: usize| edge_path.amplitudes(piece, all.spectrum.wave_numbers());
-        let energy = self.energy(&path, terms(0).iter().map(sum));
+        let mut energy = Vec::new();
         let lengths = edge_path.lengths().enumerate();
-        let pieces = lengths.map(|(piece, length)| (length, path.by_wave(&terms(piece)))).collect();
+        let pieces = lengths.map(|(piece, length)| {
+            let terms = edge_path.amplitudes(piece, all.spectrum.wave_numbers());
+            if piece == 0 {
+                energy = self.energy(&path, terms.iter().map(sum));
+            }
+            (length, path.by_wave(&terms))
+        });
+        let pieces = pieces.collect();
         let detour = Some(edge_path.detour());
         Some(Found { parts: vec![FoundPart { passed: vec![passed], detour, pieces }], path, energy })
     }
