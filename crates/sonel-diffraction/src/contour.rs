@@ -1,22 +1,25 @@
 //! Quadrature along paths of steepest descent: ∫₀^∞ g(t) e^(−k t²) dt for all wave numbers at once.
 //!
-//! Nodes lie at t, geometrically spaced in panels of Gauss–Legendre points that double in width, from below the smallest
-//! scale on which g or an exponential varies up to where the slowest exponential is spent. They do not depend on k, so g is computed
-//! once for all frequencies.
+//! Nodes lie at t: Gauss–Legendre points of t in a first panel, below the smallest scale on which g or an exponential varies, and of log t in
+//! panels of equal ratio from there up to where the slowest exponential is spent. Singularities of g lie where the length of the way is real,
+//! at t² on the imaginary axis, and so π/4 off all of log t. Nodes do not depend on k, so g is computed once for all frequencies.
 //!
 //! Reference: [AbramowitzStegun1964] table 25.4 (docs/references.md).
 
 use crate::complex::Complex;
 use crate::wave_numbers::{SPENT, WaveNumbers};
 
-/// Gauss–Legendre points of a panel: those of four on −1 … 1 that are positive, with their weights.
-const POINTS: [(f64, f64); 2] =
-    [(0.339_981_043_584_856_3, 0.652_145_154_862_546_1), (0.861_136_311_594_052_6, 0.347_854_845_137_453_9)];
-/// Nodes in a panel.
-const IN_PANEL: usize = 2 * POINTS.len();
-
-/// Panels at most: the smallest scale is then 2^-38 of the longest.
-const PANELS: i32 = 38;
+/// Gauss–Legendre points of a panel on −1 … 1, with their weights.
+const POINTS: [(f64, f64); 4] = [
+    (-0.861_136_311_594_052_6, 0.347_854_845_137_453_9),
+    (-0.339_981_043_584_856_3, 0.652_145_154_862_546_1),
+    (0.339_981_043_584_856_3, 0.652_145_154_862_546_1),
+    (0.861_136_311_594_052_6, 0.347_854_845_137_453_9),
+];
+/// Largest ratio of the ends of a panel [1]: four points then err by (y + √(1 + y²))^(−8) = 1e-4, y = ½π/ln 3.
+const RATIO: f64 = 3.0;
+/// Least end of the first panel, as a share of where the exponentials are spent [1].
+const LEAST: f64 = 1e-11;
 /// End of the first panel over the smallest scale [1]. Chosen; doubled, a panel less and a larger error.
 const OF_SCALE: f64 = 0.5;
 /// End of the first panel over the width 1/√k of the narrowest exponential [1]: four points integrate it to 5e-4.
@@ -26,18 +29,19 @@ const OF_WIDTH: f64 = 2.0;
 /// `scale` [√m], the innermost panel first.
 fn nodes([smallest, largest]: [f64; 2], scale: f64) -> Vec<(f64, f64)> {
     let end = (SPENT / smallest).sqrt();
-    let first = (OF_SCALE * scale).min(OF_WIDTH / largest.sqrt()).clamp(libm::ldexp(end, -PANELS), end);
-    let panels = libm::ceil(libm::log2(end / first)) as i32;
-    let mut nodes = Vec::with_capacity(IN_PANEL * (panels as usize + 1));
-    let mut low = 0.0;
-    for panel in (0..=panels).rev() {
-        let high = libm::ldexp(end, -panel);
-        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+    let first = (OF_SCALE * scale).min(OF_WIDTH / largest.sqrt()).clamp(LEAST * end, end);
+    let nepers = libm::log(end / first);
+    let panels = libm::ceil(nepers / libm::log(RATIO)) as usize;
+    let half = 0.5 * nepers / panels.max(1) as f64;
+    let mut nodes = Vec::with_capacity(POINTS.len() * (panels + 1));
+    for (node, weight) in POINTS {
+        nodes.push((0.5 * first * (1.0 + node), 0.5 * first * weight));
+    }
+    for panel in 0..panels {
         for (node, weight) in POINTS {
-            nodes.push((middle - half * node, half * weight));
-            nodes.push((middle + half * node, half * weight));
+            let t = first * libm::exp(half * ((2 * panel + 1) as f64 + node));
+            nodes.push((t, half * weight * t));
         }
-        low = high;
     }
     nodes
 }
@@ -64,16 +68,12 @@ impl<const N: usize> Integral<N> {
     ) -> Vec<[Complex; M]> {
         let count = numbers.values().len();
         let mut sums = vec![[Complex::ZERO; M]; count];
-        let mut decays = vec![0.0; count * IN_PANEL];
-        for (panel, nodes) in self.nodes.chunks(IN_PANEL).enumerate() {
-            for ((p, values), decays) in nodes.iter().zip(decays.chunks_exact_mut(count)) {
-                let values = of(values);
-                // From the third panel on each has its nodes at twice the t of the one before.
-                let left = numbers.decay(*p, panel >= 2, decays);
-                for (sum, &decay) in sums.iter_mut().zip(left) {
-                    for (sum, value) in sum.iter_mut().zip(values) {
-                        *sum += value * decay;
-                    }
+        let mut decays = vec![0.0; count];
+        for (p, values) in &self.nodes {
+            let values = of(values);
+            for (sum, &decay) in sums.iter_mut().zip(numbers.decay(*p, &mut decays)) {
+                for (sum, value) in sum.iter_mut().zip(values) {
+                    *sum += value * decay;
                 }
             }
         }

@@ -2,9 +2,6 @@
 
 /// k p where the exponential is spent: e^(−18) is 2e-8.
 pub(crate) const SPENT: f64 = 18.0;
-/// Least exponent [1] of which powers are taken: from there to where it is spent an error grows by less than a million.
-const SMALLEST: f64 = 1e-3;
-
 /// Wave numbers [1/m], ascending.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WaveNumbers {
@@ -30,24 +27,14 @@ impl WaveNumbers {
         &self.values
     }
 
-    /// e^(−kp), `p` in [m], of those at which it is not spent; written to `decays`, which has a place for each and may hold those of ¼ `p`
-    /// (`hold_quarter`).
-    pub(crate) fn decay<'a>(&self, p: f64, hold_quarter: bool, decays: &'a mut [f64]) -> &'a [f64] {
-        // Powers of what is next to 1 would be rounding.
-        let are_next_to_one = self.values.last().is_some_and(|k| k * p < SMALLEST);
+    /// e^(−kp), `p` in [m], of those at which it is not spent; written to `decays`, which has a place for each.
+    pub(crate) fn decay<'a>(&self, p: f64, decays: &'a mut [f64]) -> &'a [f64] {
         let left = self.values.partition_point(|k| k * p <= SPENT);
-        if hold_quarter && !are_next_to_one {
-            for decay in &mut decays[..left] {
-                let square = *decay * *decay;
-                *decay = square * square;
-            }
-        } else {
-            for index in 0..left {
-                decays[index] = match self.halves[index] {
-                    Some(half) => decays[half] * decays[half],
-                    None => libm::exp(-self.values[index] * p),
-                };
-            }
+        for index in 0..left {
+            decays[index] = match self.halves[index] {
+                Some(half) => decays[half] * decays[half],
+                None => libm::exp(-self.values[index] * p),
+            };
         }
         &decays[..left]
     }
@@ -68,13 +55,9 @@ mod tests {
         let numbers = WaveNumbers::new(vec![1.1, 1.7, 2.2, 3.4, 4.4, 5.0]);
         assert_eq!(numbers.halves, [None, None, Some(0), Some(1), Some(2), None]);
         let mut decays = [0.0; 6];
-        for (decay, k) in numbers.decay(0.7, false, &mut decays).iter().zip(numbers.values()) {
+        for (decay, k) in numbers.decay(0.7, &mut decays).iter().zip(numbers.values()) {
             assert!((decay / (-0.7 * k).exp() - 1.0).abs() < 1e-14);
         }
-        numbers.decay(0.7, false, &mut decays);
-        for (decay, k) in numbers.decay(2.8, true, &mut decays).iter().zip(numbers.values()) {
-            assert!((decay / (-2.8 * k).exp() - 1.0).abs() < 1e-14);
-        }
-        assert_eq!(numbers.decay(6.0, false, &mut decays).len(), 3, "beyond e^(−18) nothing is asked for");
+        assert_eq!(numbers.decay(6.0, &mut decays).len(), 3, "beyond e^(−18) nothing is asked for");
     }
 }

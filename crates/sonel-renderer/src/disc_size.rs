@@ -19,6 +19,11 @@ pub fn free_path(geometry: &Geometry) -> f64 {
 /// doubled, the O(h²) bias is four times as large.
 pub(crate) const DISC_PER_FREE_PATH: f64 = 0.03;
 
+/// Sonels that a disc holds where it may be as wide [1]: with half as many in hall and office a ray is as dear and noisier, with twice as many dearer.
+const IN_DISC: f64 = 500.0;
+/// Widest disc over that at many sonels [1]: levels in hall and office are 0.02 dB lower at most.
+const WIDEST: f64 = 4.0;
+
 /// The radius of discs [m] that take `share` of a mean free path at [`REFERENCE_EMISSIONS`]. It shrinks as N^(−1/6), so that the O(h²) bias vanishes as fast as the noise (docs/physics.md §4).
 pub(crate) fn disc_radius(
     share: f64,
@@ -28,4 +33,9 @@ pub(crate) fn disc_radius(
 ) -> f64 {
     let shrink = libm::pow(traced.emissions.max(1) as f64 / REFERENCE_EMISSIONS, -1.0 / 6.0);
     settings.gather_radius.unwrap_or(share * free_path * shrink)
+}
+
+/// Radius [m] of discs that hold [`IN_DISC`] sonels where `density` of them lie on an area [1/m²]: from `radius` to [`WIDEST`] times that.
+pub(crate) fn filled(radius: f64, density: f64) -> f64 {
+    (IN_DISC / (std::f64::consts::PI * density)).sqrt().clamp(radius, WIDEST * radius)
 }

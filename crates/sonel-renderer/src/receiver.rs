@@ -105,7 +105,7 @@ pub(crate) const REFERENCE_EMISSIONS: f64 = 50_000.0;
 const NEAR_PER_DISC: f64 = 8.0;
 
 impl PreparedReceiver {
-    /// Prepares `receiver`, which has this `about` it, for a map of `emissions` emissions. Discs have `disc_radius` [m], where rays gather.
+    /// Prepares `receiver`, which has this `about` it, for a map of `emissions` emissions. Where rays gather, surfaces are near by `disc_radius` [m].
     #[must_use]
     pub(crate) fn new(
         receiver: &ReceiverPoint,
@@ -122,7 +122,6 @@ impl PreparedReceiver {
         Self {
             position: geometry.to_local(receiver.position),
             balls: Balls::new(geometry, exact, wanted, nearest, about),
-            disc_radius: disc_radius.unwrap_or(0.0),
             brightest: near.map_or(f64::INFINITY, |near| 1.0 / (near * near)),
             sensitivity: receiver.sensitivity,
             ..Self::point(exact)

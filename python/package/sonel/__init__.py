@@ -942,7 +942,7 @@ class Map(_Managed):
             Effects of the rendering: auto, or changes such as -diffraction (no sound over edges), -boundary (low frequencies
             as rays have them); other effects are decided by the trace (default auto).
         rays
-            Visibility rays per receiver; with `until` the maximum (default a quarter of the packets; 16384 with
+            Visibility rays per receiver; with `until` the maximum (default an eighth of the packets; 16384 with
             `estimator` paper).
         radius
             Radius of the discs in which sonels are gathered [m] (default from room and number of packets).

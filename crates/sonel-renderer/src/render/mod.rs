@@ -26,7 +26,7 @@ use crate::air::AirTable;
 use crate::ball::Surroundings;
 use crate::boundary;
 use crate::deposit::TimeBins;
-use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius, free_path};
+use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius, filled, free_path};
 use crate::error::RenderError;
 use crate::exact::edge::Edges;
 use crate::exact::level::Levels;
@@ -394,10 +394,11 @@ impl<'a> Renderer<'a> {
     /// Receivers as `source` is heard at them.
     fn prepare(&self, source: usize, receivers: &[ReceiverPoint]) -> Vec<PreparedReceiver> {
         let (settings, traced) = (&self.prepared.settings, &self.map.header().settings);
-        let SonelSurvey { sample, scale: of_all, .. } = self.survey(source);
+        let SonelSurvey { sample, scale: of_all, density, .. } = self.survey(source);
         let of_room = free_path(self.geometry);
         let scene = &self.map.header().scene;
         let airs = scene.media.as_ref().map(|media| media.airs(self.geometry));
+        let wide = |radius| if settings.gather_radius.is_some() { radius } else { filled(radius, *density) };
         let boundary =
             |position: Vec3| boundary::weights(self.geometry, &self.prepared.table, scene, position);
         receivers
@@ -424,6 +425,7 @@ impl<'a> Renderer<'a> {
                     lateral_axis: settings.directions.then(|| self.lateral_axis(r)).flatten(),
                     directions: outlook.directions,
                     boundary: if settings.boundary { boundary(position) } else { Vec::new() },
+                    disc_radius: disc.map_or(0.0, wide),
                     ..PreparedReceiver::new(r, self.geometry, about, traced.emissions, disc)
                 }
             })

@@ -23,6 +23,8 @@ pub(crate) struct SonelSurvey {
     pub sample: SonelSample,
     /// Scale of all sonels, at most the free path of the room; in an open scene without sonels its extent.
     pub scale: Scale,
+    /// Sonels by area of the surfaces [1/m²].
+    pub density: f64,
 }
 
 impl Renderer<'_> {
@@ -33,7 +35,9 @@ impl Renderer<'_> {
         let vertices = |&batch: &u32| -> usize {
             self.map.batch_paths(source as u32, batch).map(|path| path.vertices.len()).sum()
         };
-        let share = SONELS as f64 / batches.par_iter().map(vertices).sum::<usize>() as f64;
+        let surveyed = batches.par_iter().map(vertices).sum::<usize>() as f64;
+        let all = surveyed * self.prepared.emissions.batches.len() as f64 / batches.len() as f64;
+        let share = SONELS as f64 / surveyed;
         let surveyed: Vec<_> =
             batches.par_iter().map(|&batch| self.survey_batch(source, batch, share.min(1.0))).collect();
         let (mut counts, mut sample) = self.nothing_surveyed();
@@ -55,6 +59,7 @@ impl Renderer<'_> {
                 .scale()
                 .map_or(Scale { free_path: room, distance: room }, |scale| scale.in_halves_of(room)),
             sample,
+            density: all / self.geometry.area(),
         }
     }
 
