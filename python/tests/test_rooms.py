@@ -219,6 +219,18 @@ def test_targets_and_labels_of_the_response_stand_beside_those_of_energies(tmp_p
         sonel.dataset(rooms, tmp_path / "file" / "set", **QUICK)
 
 
+def test_readings_scatter_about_the_energies_as_the_standard_says():
+    """ISO 3382-2, 7.2: T30 of an integrated impulse response has σ = 0.55 T √(1.152/(B T)), B = 0.71 f. The standard deviation of 12 values
+    is within a factor of 2 of σ in 99.9 of 100 cases; the mean of three octaves has a third of the variance."""
+    room = shoebox()
+    response = sonel.trace(room, packets=2000, duration=1.2).render(order=1, rays=64, effects="-diffraction")
+    read = [sonel.Response.of_impulse_response(response.impulse_responses(sample_rate=8000, seed=seed)[0, 0, 0], 8000) for seed in range(12)]
+    rows = np.array([one.parameters()[0, 0] for one in read])[:, 3:6]
+    assert rows["center_frequency_hz"][0].tolist() == [500, 1000, 2000]
+    expected = 0.55 * rows["t30_s"].mean(axis=0) * np.sqrt(1.152 / (0.71 * rows["center_frequency_hz"][0] * rows["t30_s"].mean(axis=0)))
+    assert 0.5 < np.mean(rows["t30_s"].std(axis=0, ddof=1) / expected) < 2
+
+
 def test_a_pickled_map_renders_and_its_impulse_responses_may_be_written_to():
     copy = pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(sonel.trace(shoebox(), packets=100)))))
     samples = copy.render(rays=16).impulse_responses(sample_rate=8000)
@@ -243,13 +255,65 @@ def test_a_data_set_has_the_same_bytes_for_any_number_of_workers_and_goes_on(tmp
 
     with pytest.raises(KeyboardInterrupt):
         sonel.dataset(rooms, tmp_path / "b", workers=1, **{**options, "progress": killed})
-    assert [path.name for path in sorted((tmp_path / "b").iterdir())] == ["dataset.json", "shard-00000.npz"]
+    assert [path.name for path in sorted((tmp_path / "b").iterdir())] == ["README.md", "dataset.json", "shard-00000.npz"]
     assert read(sonel.dataset(rooms, tmp_path / "b", workers=3, **options)) == read(paths)
     assert read(sonel.dataset(rooms, tmp_path / "c", shards=[1], **options)) == read(paths[1:])
     with pytest.raises(sonel.Error, match="no shard 2: 4 rooms make 2"):
         sonel.dataset(rooms, tmp_path / "c", shards=[2], **options)
     with pytest.raises(sonel.Error, match="of other rooms, options"):
         sonel.dataset(rooms, tmp_path / "b", **{**options, "microphones": None})
+
+
+def opened(path):
+    """Arrays of a shard of HDF5 or zarr."""
+    if path.suffix == ".h5":
+        with pytest.importorskip("h5py").File(path) as file:
+            return {name: values[...] for name, values in file.items()}
+    zarr = pytest.importorskip("zarr")
+    return {name: values[...] for name, values in zarr.open_group(zarr.storage.ZipStore(path, mode="r"), mode="r").arrays()}
+
+
+@pytest.mark.parametrize(("form", "package"), [("h5", "h5py"), ("zarr", "zarr")])
+def test_hdf5_and_zarr_have_the_arrays_of_npz_and_the_same_bytes_later(tmp_path, monkeypatch, form, package):
+    pytest.importorskip(package)
+    rooms = sonel.random_rooms(2, **ROOMS)
+    options = {"microphones": ARRAY, "early": 0, "within": [0], **QUICK}
+    rows = np.load(sonel.dataset(rooms, tmp_path / "npz", **options)[0])
+    [path] = sonel.dataset(rooms, tmp_path / form, format=form, **options)
+    found = opened(path)
+    assert found.keys() == set(rows.files)
+    for name in rows.files:
+        np.testing.assert_array_equal(found[name], rows[name])
+    # Times in files have seconds, those of ZIP two.
+    time.sleep(2.0)
+    assert read(sonel.dataset(rooms, tmp_path / "later", format=form, workers=1, **options)) == [path.read_bytes()]
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(sonel.Error, match=f"needs the package {package}"):
+        sonel.dataset(rooms, tmp_path / "without", format=form, **options)
+    with pytest.raises(sonel.Error, match="format is 'flac': give one of npz, tar, h5, zarr"):
+        sonel.dataset(rooms, tmp_path / "without", format="flac", **options)
+
+
+def test_a_data_set_has_a_card(tmp_path):
+    sonel.dataset(sonel.random_rooms(1, **ROOMS), tmp_path, **QUICK)
+    card = (tmp_path / "README.md").read_text()
+    for stated in (f"sonel {sonel.__version__}", "sonel.random_rooms(1, seed=3", "16000 Hz", "dataset.json", "not valid below"):
+        assert stated in card
+
+
+def test_microphones_beyond_the_far_field_are_receivers(tmp_path):
+    """Two pairs, the second 1.2 m from its receiver: responses are those of receivers there, and coherent where they are near."""
+    places = [[0.0, 0.02, 0.0], [0.0, -0.02, 0.0], [1.2, 0.0, 0.0], [1.2, 0.02, 0.0]]
+    room = sonel.Scene.shoebox([8, 6, 3], 0.2, sources=[1, 1, 1.5], receivers=[[4, 3, 1.2], [5, 3, 1.2]])
+    [path] = sonel.dataset([room], tmp_path / "a", microphones=places, **QUICK)
+    rows = np.load(path)
+    assert rows["ir"].shape[:2] == (2, 4)
+    map = sonel.trace(room, duration=1.2 * max(b["sabine_s"] for b in room.room["bands"]), **QUICK["trace"])
+    seed = int(np.random.SeedSequence([map.seed, 0]).generate_state(1, np.uint64)[0] >> 1)
+    heard = map.render(rows["microphone_position_m"].reshape(-1, 3), **QUICK["render"]).impulse_responses(sample_rate=16_000, seed=seed)
+    np.testing.assert_array_equal(rows["ir"].reshape(8, -1), heard[0, :, 0])
+    with pytest.raises(sonel.Error, match=r'rooms\[0\]: receiver "receiver 1, microphone 1" .* outside the room'):
+        sonel.dataset([room], tmp_path / "b", microphones=[[5.0, 0.0, 0.0]], **QUICK)
 
 
 # Writes the data set of two rooms in the folder of the first argument.
