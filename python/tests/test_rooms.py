@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sonel
+from sonel import _dataset
 
 ROOMS = {"seed": 3, "size": [[3, 3, 2.4], [4, 4, 2.6]], "t60": (0.2, 0.4)}
 QUICK = {"trace": {"packets": 300}, "render": {"order": 1, "rays": 64, "effects": "-diffraction"}, "progress": False}
@@ -231,6 +232,27 @@ def test_readings_scatter_about_the_energies_as_the_standard_says():
     assert 0.5 < np.mean(rows["t30_s"].std(axis=0, ddof=1) / expected) < 2
 
 
+def test_readings_have_intervals_from_other_realisations(tmp_path):
+    """Between the limits is the mean over realisations, here of twelve others, as 95 % intervals say: of 12 values 3 are outside once in 50 runs."""
+    assert _dataset._half_width(np.arange(5.0)) == pytest.approx(2.7764 * np.sqrt(2.5 * 1.2), rel=0.003)
+    rooms = sonel.random_rooms(2, **ROOMS)
+    [path] = sonel.dataset(rooms, tmp_path / "a", realisations=6, **QUICK)
+    rows, plain = np.load(path), np.load(sonel.dataset(rooms, tmp_path / "b", **QUICK)[0])
+    np.testing.assert_array_equal(rows["ir"], plain["ir"])
+    assert set(rows.files) - set(plain.files) == {f"{name}_{end}" for name in _dataset.READ for end in ("low", "high")}
+    outside = 0
+    for index, room in enumerate(rooms):
+        duration = 1.2 * max(band["sabine_s"] for band in room.room["bands"])
+        response = sonel.trace(room, duration=duration, **QUICK["trace"]).render(**QUICK["render"])
+        others = [response.impulse_responses(sample_rate=16_000, seed=seed) for seed in range(12)]
+        read = _dataset._read(np.array(others)[:, 0, :, 0], 16_000, response.center_frequencies)["t30_ir_s"]
+        mean = np.nanmean(read[:, 0, 1:7], axis=0)
+        outside += np.sum((mean < rows["t30_ir_s_low"][index, 1:7]) | (mean > rows["t30_ir_s_high"][index, 1:7]))
+    assert outside <= 2 and np.nanmedian((rows["t30_ir_s_high"] - rows["t30_ir_s_low"]) / rows["t30_ir_s"]) < 0.6
+    with pytest.raises(sonel.Error, match="realisations is 2: give a whole number of at least 4"):
+        sonel.dataset(rooms, tmp_path / "c", realisations=2, **QUICK)
+
+
 def test_a_pickled_map_renders_and_its_impulse_responses_may_be_written_to():
     copy = pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(sonel.trace(shoebox(), packets=100)))))
     samples = copy.render(rays=16).impulse_responses(sample_rate=8000)
@@ -320,6 +342,7 @@ def test_microphones_beyond_the_far_field_are_receivers(tmp_path):
 WRITER = f"""
 import sys
 import sonel
+from sonel import _dataset
 
 if __name__ == "__main__":
     sonel.dataset(sonel.random_rooms(2, **{ROOMS!r}), sys.argv[1], workers=1, shard_size=1, **{QUICK!r})

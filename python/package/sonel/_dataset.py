@@ -215,7 +215,7 @@ def _rows(
     response = room.render(threads=1, progress=going_on, **rendering)
     # Copies of a room in other materials would otherwise share the pulses of their late sound.
     seed = room.seed if options["seed"] is None else options["seed"]
-    mixed = int(np.random.SeedSequence([seed, index]).generate_state(1, np.uint64)[0] >> 1)
+    mixed, *others = (int(state >> 1) for state in np.random.SeedSequence([seed, index]).generate_state(1 + options["realisations"], np.uint64))
     array = options["channels"].get("array")
     places = np.zeros((1, 3)) if array is None else _positions(array)
     try:
@@ -225,7 +225,17 @@ def _rows(
     except Error as problem:
         raise Error(f"rooms[{index}]: {problem}") from None
     labels = _labels(response, options["early"])
-    labels.update(_read(responses[:, :, 0], options["sample_rate"], response.center_frequencies))
+
+    def read(samples: NDArray[np.float32]) -> dict[str, NDArray[Any]]:
+        return _read(samples[:, :, 0], options["sample_rate"], response.center_frequencies)
+
+    readings = read(responses)
+    labels.update(readings)
+    if others:
+        found = [read(response.impulse_responses(seed=other, sample_rate=options["sample_rate"])) for other in others]
+        for name, reading in readings.items():
+            half = _half_width(np.array([one[name] for one in found]))
+            labels[f"{name}_low"], labels[f"{name}_high"] = reading - half, reading + half
     for s, source in enumerate(response.source_positions):
         for r, receiver in enumerate(response.receiver_positions):
             yield {
@@ -326,6 +336,19 @@ def _read(responses: NDArray[np.float32], sample_rate: int, center_frequencies: 
             for name, parameter in READ.items():
                 labels[name][place][center_frequencies == row["center_frequency_hz"]] = row[parameter]
     return labels
+
+
+def _half_width(readings: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Within how much of their mean 95 of 100 readings lie, [N, …]; NaN where fewer than 4 can be read."""
+    finite = np.isfinite(readings)
+    count = np.where(finite.sum(axis=0) < 4, np.nan, finite.sum(axis=0))
+    deviations = np.where(finite, readings - np.nansum(readings, axis=0) / count, 0.0)
+    # Quantile of Student's t for ν = N − 1: Abramowitz and Stegun 26.7.5, 0.7 % low at ν = 3.
+    z, freedom = 1.959964, count - 1
+    quantile = z + (z**3 + z) / (4 * freedom) + (5 * z**5 + 16 * z**3 + 3 * z) / (96 * freedom**2)
+    quantile += (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / (384 * freedom**3)
+    half: NDArray[np.float64] = quantile * np.sqrt(np.sum(deviations**2, axis=0) / freedom * (1 + 1 / count))
+    return half
 
 
 def _arrays(rows: list[dict[str, Any]]) -> dict[str, NDArray[Any]]:
