@@ -134,11 +134,11 @@ def test_wrong_input_is_named(room, monkeypatch):
         sonel.fit(room, t20, receivers=SEATS)
 
 
-def test_coefficients_that_the_paths_do_not_carry_are_refused_with_the_command():
+def test_coefficients_that_the_paths_do_not_carry_are_refused_with_the_remedy():
     """From nearly black walls few packets were reflected often enough."""
     dead = traced([[0.97, 0.97]] * 3, 1, packets=2000)
     live, sigma = values(traced([[0.1, 0.1]] * 3, 2, packets=2000), keys=["level_db"], rays=1024)
-    with pytest.raises(sonel.Error, match="(?s)does not support these materials.*sonel-trace"):
+    with pytest.raises(sonel.Error, match="(?s)does not support these materials.*sonel\\.trace\\(scene, packets=2000"):
         sonel.fit(dead, live, sigma=sigma, receivers=SEATS, prior_sigma=3, rays=1024)
 
 
