@@ -27,9 +27,12 @@ fn numbers<T, const N: usize>(bytes: &[u8], of: fn([u8; N]) -> T) -> Vec<T> {
     bytes.as_chunks().0.iter().map(|bytes| of(*bytes)).collect()
 }
 
-/// Entries of the material library: name, group, description and source; absorption and scattering as the lowest octave [Hz] and the values.
+/// Name, group, description and source of a material; absorption and scattering as the lowest octave [Hz] and the values.
+type Entry = ([&'static str; 4], [Option<(f64, &'static [f64])>; 2]);
+
+/// Entries of the material library.
 #[pyfunction]
-pub(crate) fn library() -> Vec<([&'static str; 4], [Option<(f64, &'static [f64])>; 2])> {
+pub(crate) fn library() -> Vec<Entry> {
     let octaves = |found: &'static Option<Octaves>| found.as_ref().map(|o| (o.first_hz, &o.values[..]));
     let entry = |entry: &'static LibraryEntry| {
         let LibraryEntry { name, group, text, source, absorption, scattering } = entry;
