@@ -198,6 +198,17 @@ def test_times_of_random_rooms_are_drawn_for_every_band():
             sonel.random_rooms(1, t60=wrong)
 
 
+def test_walls_of_the_library_have_times_within_the_range_of_each_band():
+    ranges = [[0.3, 1.5]] * 4 + [[0.2, 0.9]] * 4
+    for room in sonel.random_rooms(3, seed=4, t60=ranges, from_library=True):
+        times = [band["eyring_s"] for band in room.room["bands"]]
+        assert all(low <= time <= high for time, (low, high) in zip(times, ranges))
+        assert "library" in room.toml.partition("[materials.walls]")[2].partition("[")[0]
+    with pytest.raises(sonel.Error, match="or other times"):
+        sonel.random_rooms(1, t60=(8, 9), from_library=True)[0]
+    assert "from_library" not in repr(sonel.random_rooms(1)), "folders of data sets stay theirs"
+
+
 def test_targets_and_labels_of_the_response_stand_beside_those_of_energies(tmp_path):
     rooms = sonel.random_rooms(2, **ROOMS)
     [path] = sonel.dataset(rooms, tmp_path / "npz", within=(0, 0.05), **QUICK)

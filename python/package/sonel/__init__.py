@@ -651,6 +651,7 @@ def random_rooms(
     size: ArrayLike = ((3.0, 3.0, 2.4), (8.0, 6.0, 3.5)),
     furniture: tuple[int, int] = (2, 8),
     t60: ArrayLike | None = None,
+    from_library: bool = False,
     sources: _Whole = 1,
     receivers: _Whole = 1,
     clearance: float = 0.3,
@@ -671,6 +672,8 @@ def random_rooms(
     t60
         Shortest and longest Eyring time [s], for which the walls get their absorption; without it all materials are entries of the library.
         One range, in which one time is drawn for all bands, or one per band, shape [B, 2], in each of which one is drawn.
+    from_library
+        With `t60`: the walls, too, are entries of the library, and rooms are drawn anew until their times are within the range of each band.
     sources, receivers
         How many of each, at most 100: 1 to 1.8 m high, 0.5 m from walls, 0.3 m from furniture, 1 m apart.
     clearance
@@ -711,6 +714,8 @@ def random_rooms(
         "receivers": _input.whole(receivers, "receivers", 1, 100),
         "clearance": apart,
     }
+    if from_library:
+        options["from_library"] = True
     return RandomRooms(_input.whole(count, "count", 1, sys.maxsize), {**options, "keys": keys})
 
 
