@@ -714,6 +714,8 @@ def random_rooms(
         "receivers": _input.whole(receivers, "receivers", 1, 100),
         "clearance": apart,
     }
+    if not isinstance(from_library, (bool, np.bool_)):
+        raise Error(f"from_library is {_input.shown(from_library)}: True or False")
     if from_library:
         options["from_library"] = True
     return RandomRooms(_input.whole(count, "count", 1, sys.maxsize), {**options, "keys": keys})
@@ -734,7 +736,7 @@ def dataset(
     sample_rate: _Whole | float = 16_000,
     seed: _Whole | None = None,
     early: _Whole = 16,
-    realisations: _Whole = 0,
+    realisations: _Whole | None = None,
     duration: float | None = None,
     trace: Mapping[str, Any] | None = None,
     render: Mapping[str, Any] | None = None,
@@ -799,7 +801,7 @@ def dataset(
         "sample_rate": _rate(sample_rate),
         "seed": None if seed is None else _input.whole(seed, "seed", 0, _input.SEED),
         "early": _input.whole(early, "early"),
-        "realisations": _input.whole(realisations, "realisations", 4) if realisations else 0,
+        "realisations": 0 if realisations is None else _input.whole(realisations, "realisations", 4),
         "duration": duration,
         "channels": {} if microphones is None else {"array": microphones},
         "within": [float(time) for time in _input.numbers(within, "within", "times after direct sound [s]").reshape(-1)],
