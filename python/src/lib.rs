@@ -41,7 +41,7 @@ mod _sonel {
     #[pymodule_export]
     use super::response::{Array, Response, places};
     #[pymodule_export]
-    use super::scene::Scene;
+    use super::scene::{Scene, library};
 
     use pyo3::prelude::*;
 

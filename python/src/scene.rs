@@ -6,6 +6,7 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sonel::checkup::{report, room};
+use sonel::scenes::library::{LibraryEntry, Octaves, shipped};
 use sonel::{Document, Observer, PolygonMesh};
 
 use crate::convert::{object, refused, value};
@@ -24,6 +25,20 @@ type Polygons<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8], Vec<String>);
 /// The little-endian numbers in `bytes`.
 fn numbers<T, const N: usize>(bytes: &[u8], of: fn([u8; N]) -> T) -> Vec<T> {
     bytes.as_chunks().0.iter().map(|bytes| of(*bytes)).collect()
+}
+
+/// Name, group, description and source of a material; absorption and scattering as the lowest octave [Hz] and the values.
+type Entry = ([&'static str; 4], [Option<(f64, &'static [f64])>; 2]);
+
+/// Entries of the material library.
+#[pyfunction]
+pub(crate) fn library() -> Vec<Entry> {
+    let octaves = |found: &'static Option<Octaves>| found.as_ref().map(|o| (o.first_hz, &o.values[..]));
+    let entry = |entry: &'static LibraryEntry| {
+        let LibraryEntry { name, group, text, source, absorption, scattering } = entry;
+        ([name.as_str(), group, text, source], [octaves(absorption), octaves(scattering)])
+    };
+    shipped().iter().map(entry).collect()
 }
 
 fn mesh((vertices, corners, sizes, used, names): Polygons<'_>) -> PyResult<PolygonMesh> {

@@ -243,13 +243,41 @@ def test_a_map_carries_variants(tmp_path):
     walls = {"absorption": 0.9, "scattering": 0.0}
     scene = sonel.Scene.shoebox([10, 7, 3], {"walls": walls}, sources=[2, 2, 1.5], receivers=SEATS)
     change = {"materials.walls.absorption": 0.2, "materials.walls.scattering": 0.4}
-    with pytest.raises(sonel.Error, match="--for materials.walls.absorption=0.2 --for materials.walls.scattering=0.4"):
+    with pytest.raises(sonel.Error) as refused:
         sonel.trace(scene, packets=300).render(rays=64, set=change)
+    # The remedy is a call of this package, which does it.
+    remedy = str(refused.value).rpartition("trace the scene for them: ")[2]
+    assert "variants={'materials.walls.absorption': [0.2], 'materials.walls.scattering': [0.4]}" in remedy
+    assert eval(remedy, {"sonel": sonel, "scene": scene}).render(rays=64, set=change).energy.sum() > 0
     lists = {"materials.walls.absorption": [0.2, np.linspace(0.1, 0.3, 8)], "materials.walls.scattering": 0.4}
     room = sonel.trace(scene, packets=300, variants=lists)
     assert np.all(room.render(rays=64, set=change).energy.sum(-1) > room.render(rays=64).energy.sum(-1))
     with pytest.raises(sonel.Error, match="no material `felty`"):
         sonel.trace(scene, packets=300, variants={"materials.walls": "felty"})
+
+
+def test_messages_name_functions_of_the_package_in_place_of_commands():
+    command = "for more: sonel-trace SCENE.toml -o a.sonelmap --spectral per-band --packets 300 --for 'materials.a b.absorption=[0.1,0.2],0.3'\nnext"
+    expected = "for more: sonel.trace(scene, spectral='per-band', packets=300, variants={'materials.a b.absorption': [[0.1, 0.2], 0.3]})\nnext"
+    assert sonel._input.in_python(command) == expected
+    longer = "sonel-trace SCENE.toml -o 'my map' --extend 'my map' --packets 70000"
+    assert sonel._input.in_python(longer) == "sonel.trace(scene, extend=map, packets=70000)"
+    cut = "sonel-trace SCENE.toml -o a --for 'materials.a [… 900 characters …]"
+    assert sonel._input.in_python(cut) == cut
+    with pytest.raises(sonel.Error, match=r"no material `felty`.*sonel\.library\(\)"):
+        sonel.Scene.shoebox([5, 4, 3], "felty", sources=[1, 1, 1])
+
+
+def test_the_library_has_what_scenes_take_from_it():
+    library = sonel.library()
+    assert len(library) > 200 and len({entry["source"] for entry in library.values()}) > 2
+    scene = sonel.Scene.shoebox([5, 4, 3], {"walls": "carpet-heavy-on-concrete"}, sources=[1, 1, 1])
+    entry = library["carpet-heavy-on-concrete"]
+    used = sonel.trace(scene, packets=10, duration=0.1).materials["walls"]["absorption"]
+    known = np.isfinite(entry["absorption"])
+    assert known.sum() >= 6 and not known[0]
+    np.testing.assert_allclose(used[known], entry["absorption"][known], rtol=1e-6)
+    assert np.isnan(library["scattering-theatre-audience"]["absorption"]).all()
 
 
 def test_parameters_are_those_of_the_program(response, tmp_path):

@@ -20,7 +20,8 @@ const WHEEL_ENVIRONMENT: &str = "target/wheel";
 const WHEEL_REQUIREMENTS: &str = "python/requirements-accept.txt";
 /// Debian's interpreter: its package python3-torch is much smaller than the wheel of torch.
 const SYSTEM_PYTHON: &str = "/usr/bin/python3";
-const NOTEBOOKS: [&str; 2] = ["python/first-hour.ipynb", "python/arrays.ipynb"];
+const NOTEBOOKS: [&str; 3] =
+    ["python/first-hour.ipynb", "python/from-pyroomacoustics.ipynb", "python/arrays.ipynb"];
 
 /// Tests the package as the workspace compiles it.
 pub(crate) fn check() -> Result<()> {

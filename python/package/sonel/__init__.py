@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Error", "Fit", "Map", "RandomRooms", "Response", "Scene", "__version__", "check", "dataset", "fit", "random_rooms", "trace"]
+__all__ = ["Error", "Fit", "Map", "RandomRooms", "Response", "Scene", "__version__", "check", "dataset", "fit", "library", "random_rooms", "trace"]
 
 _Path = Union[str, "os.PathLike[str]"]
 _Progress = Union[None, bool, Callable[[str, float], object]]
@@ -63,6 +63,18 @@ _Entered = TypeVar("_Entered", bound="_Managed")
 _LOGGER = logging.getLogger("sonel")
 
 
+def _log(level: int, text: str) -> None:
+    _LOGGER.log(level, "%s", _input.in_python(text))
+
+
+def _worked(work: Callable[..., _Loaded], *arguments: Any, **keywords: Any) -> _Loaded:
+    """What a function of the compiled half returns; in its messages functions of this package stand for commands."""
+    try:
+        return work(*arguments, **keywords)
+    except Error as problem:
+        raise Error(_input.in_python(str(problem))) from None
+
+
 class _Missing(Error, FileNotFoundError):
     """A file that is not there."""
 
@@ -72,9 +84,7 @@ def _loaded(load: Callable[[str], _Loaded], path: str) -> _Loaded:
     try:
         return load(path)
     except Error as error:
-        if not os.path.lexists(path):
-            raise _Missing(str(error)) from None
-        raise
+        raise (Error if os.path.lexists(path) else _Missing)(_input.in_python(str(error))) from None
 
 
 class _Managed:
@@ -149,7 +159,7 @@ class Scene(_Managed):
             A file that is missing (also a FileNotFoundError), damaged or invalid.
         """
         path = os.path.abspath(os.fspath(path))
-        return cls(_loaded(lambda name: _sonel.Scene.load(name, _LOGGER.log), path), (cls.load, (path,)))
+        return cls(_loaded(lambda name: _sonel.Scene.load(name, _log), path), (cls.load, (path,)))
 
     @classmethod
     def shoebox(
@@ -262,7 +272,7 @@ class Scene(_Managed):
 
     @classmethod
     def _of_document(cls, document: dict[str, Any], polygons: Any, objects: tuple[Any, ...] = ()) -> Scene:
-        inner = _sonel.Scene.made(*_rooms.furnished(document, polygons, objects), _LOGGER.log)
+        inner = _worked(_sonel.Scene.made, *_rooms.furnished(document, polygons, objects), _log)
         return cls(inner, (cls._of_document, (document, polygons, objects)))
 
     def _parts(self) -> tuple[dict[str, Any], Any, tuple[Any, ...]]:
@@ -515,6 +525,29 @@ def check(path: _Path) -> dict[str, Any]:
     return _loaded(_sonel.Scene.check_file, os.fspath(path))
 
 
+def library() -> dict[str, dict[str, Any]]:
+    """The shipped materials (docs/materials.md), which scenes call by their names.
+
+    Returns
+    -------
+    dict[str, dict[str, Any]]
+        By name: `group`, `text` and `source` of the numbers; `absorption` and `scattering` in the octaves 63 … 8000 Hz, shape [8], NaN in those
+        that the source does not have, where scenes take the nearest one.
+    """
+
+    def octaves(found: tuple[float, list[float]] | None) -> NDArray[np.float64]:
+        values = np.full(8, np.nan)
+        if found is not None:
+            first = round(np.log2(found[0] / 62.5))
+            values[first : first + len(found[1])] = found[1]
+        return values
+
+    return {
+        name: {"group": group, "text": text, "source": source, "absorption": octaves(absorption), "scattering": octaves(scattering)}
+        for (name, group, text, source), (absorption, scattering) in _sonel.library()
+    }
+
+
 def trace(
     scene: Scene,
     *,
@@ -608,7 +641,7 @@ def trace(
     }
     scene = _input.of_kind(scene, Scene, "scene", "a sonel.Scene, such as Scene.load(path)")
     with _Text(progress) as follower:
-        return Map(_sonel.trace(scene._inner, _LOGGER.log, follower, **keywords))
+        return Map(_worked(_sonel.trace, scene._inner, _log, follower, **keywords))
 
 
 def random_rooms(
@@ -618,6 +651,7 @@ def random_rooms(
     size: ArrayLike = ((3.0, 3.0, 2.4), (8.0, 6.0, 3.5)),
     furniture: tuple[int, int] = (2, 8),
     t60: ArrayLike | None = None,
+    from_library: bool = False,
     sources: _Whole = 1,
     receivers: _Whole = 1,
     clearance: float = 0.3,
@@ -638,6 +672,8 @@ def random_rooms(
     t60
         Shortest and longest Eyring time [s], for which the walls get their absorption; without it all materials are entries of the library.
         One range, in which one time is drawn for all bands, or one per band, shape [B, 2], in each of which one is drawn.
+    from_library
+        With `t60`: the walls, too, are entries of the library, and rooms are drawn anew until their times are within the range of each band.
     sources, receivers
         How many of each, at most 100: 1 to 1.8 m high, 0.5 m from walls, 0.3 m from furniture, 1 m apart.
     clearance
@@ -678,6 +714,10 @@ def random_rooms(
         "receivers": _input.whole(receivers, "receivers", 1, 100),
         "clearance": apart,
     }
+    if not isinstance(from_library, (bool, np.bool_)):
+        raise Error(f"from_library is {_input.shown(from_library)}: True or False")
+    if from_library:
+        options["from_library"] = True
     return RandomRooms(_input.whole(count, "count", 1, sys.maxsize), {**options, "keys": keys})
 
 
@@ -696,6 +736,7 @@ def dataset(
     sample_rate: _Whole | float = 16_000,
     seed: _Whole | None = None,
     early: _Whole = 16,
+    realisations: _Whole | None = None,
     duration: float | None = None,
     trace: Mapping[str, Any] | None = None,
     render: Mapping[str, Any] | None = None,
@@ -710,9 +751,11 @@ def dataset(
     rooms
         Scenes with sources and receivers, all of the same bands, such as those of `random_rooms`.
     out
-        A folder, made where there is none. `dataset.json` in it states rooms and options; a folder with shards of others is refused.
+        A folder, made where there is none. In it `dataset.json` states rooms and options, `README.md` where the data come from; a folder with
+        shards of others is refused.
     microphones
-        An array about each receiver, as `array` of `Response.impulse_responses`; without it a single omnidirectional one.
+        An array about each receiver, as `array` of `Response.impulse_responses`; without it a single omnidirectional one. Where one is
+        more than 1 m away, all are receivers of a second rendering, and may stand anywhere in the room.
     ambix, hrtf
         As for `Response.impulse_responses`, instead of `microphones`; directions are rendered.
     within
@@ -724,7 +767,7 @@ def dataset(
     shards
         Numbers of the shards to write, from 0 (default all): jobs of a cluster that share a folder write one each.
     format
-        npz, or tar of WebDataset.
+        npz, tar of WebDataset, h5 (HDF5, needs h5py) or zarr (a group in a ZIP file, needs zarr 3).
     sample_rate
         As for `Response.impulse_responses`.
     seed
@@ -732,6 +775,9 @@ def dataset(
         `impulse_responses(seed=int(np.random.SeedSequence([seed, i]).generate_state(1, np.uint64)[0] >> 1))`.
     early
         How many of the strongest listed arrivals are labels.
+    realisations
+        How many other realisations of late sound are read, 4 or more (default none): then what is read from `ir` has `_low` and `_high`, between
+        which the mean of all realisations is in 95 of 100 cases.
     duration
         Length of the impulse responses [s] (default 1.2 times the longest Sabine time of the room).
     trace, render
@@ -755,6 +801,7 @@ def dataset(
         "sample_rate": _rate(sample_rate),
         "seed": None if seed is None else _input.whole(seed, "seed", 0, _input.SEED),
         "early": _input.whole(early, "early"),
+        "realisations": 0 if realisations is None else _input.whole(realisations, "realisations", 4),
         "duration": duration,
         "channels": {} if microphones is None else {"array": microphones},
         "within": [float(time) for time in _input.numbers(within, "within", "times after direct sound [s]").reshape(-1)],
@@ -1004,7 +1051,7 @@ class Map(_Managed):
             "threads": threads,
         }
         with _Text(progress) as follower:
-            return Response(self._inner.render(self._places(receivers), _LOGGER.log, follower, **keywords))
+            return Response(_worked(self._inner.render, self._places(receivers), _log, follower, **keywords))
 
     @staticmethod
     def _places(receivers: _Points | None) -> list[_sonel.Receiver]:
@@ -1040,8 +1087,9 @@ class Map(_Managed):
         -------
         NDArray[np.void]
             A structured array of shape [S, R, M, B], the materials in the order of `materials`. Fields: each parameter of `Response.parameters`
-            that every receiver has, such as t30_s, its derivative per unit of the coefficient, and as NAME_low and NAME_high the limits of its
-            95 % interval. Edges do not diffract. NaN where no packet depends on the coefficient.
+            that every receiver has, such as t30_s, its derivative per unit of the coefficient, as NAME_low and NAME_high the limits of its
+            95 % interval, and as NAME_value the parameter itself in this rendering, the same for all materials. Edges do not diffract. NaN
+            where no packet depends on the coefficient.
 
         Raises
         ------
@@ -1049,11 +1097,12 @@ class Map(_Managed):
             Bad input: what is wrong, where, and what is allowed.
         """
         options = {"rays": rays, "threads": threads, "progress": progress}
-        *_, slope, half_width = self._derivatives(receivers, coefficient, set, options)
+        value, *_, slope, half_width = self._derivatives(receivers, coefficient, set, options)
         keys = [key for key, _, _ in _fit.PARAMETERS]
-        found = np.empty(slope.shape[1:], dtype=[(key + end, "f8") for key in keys for end in ("", "_low", "_high")])
-        for key, middle, half in zip(keys, slope, half_width):
+        found = np.empty(slope.shape[1:], dtype=[(key + end, "f8") for key in keys for end in ("", "_low", "_high", "_value")])
+        for key, own, middle, half in zip(keys, value, slope, half_width):
             found[key], found[f"{key}_low"], found[f"{key}_high"] = middle, middle - half, middle + half
+            found[f"{key}_value"] = own[:, :, None]
         return found
 
     def _derivatives(
@@ -1062,7 +1111,7 @@ class Map(_Managed):
         """Values, values without each batch, weights of the batches, derivatives with the material last but one, halves of their intervals."""
         keywords = {"set": set, "rays": options["rays"], "threads": options["threads"]}
         with _Text(options["progress"]) as follower:
-            found = self._inner.sensitivity(self._places(receivers), coefficient, _LOGGER.log, follower, **keywords)
+            found = _worked(self._inner.sensitivity, self._places(receivers), coefficient, _log, follower, **keywords)
         return [np.asarray(array) for array in found]
 
     def refine(self, receivers: _Points | None = None, **options: Any) -> Iterator[Response]:
@@ -1535,9 +1584,9 @@ class Response(_Managed):
         if (material_uncertainty is None) != (map is None):
             raise Error("material_uncertainty needs the map that the response was rendered from, as map: give both or neither")
         if map is None:
-            return self._inner.parameters(_LOGGER.log, noise, speech)
+            return self._inner.parameters(_log, noise, speech)
         map = _input.of_kind(map, Map, "map", "the sonel.Map that the response was rendered from")
-        return map._inner.parameters(self._inner, material_uncertainty, _LOGGER.log, noise, speech)
+        return map._inner.parameters(self._inner, material_uncertainty, _log, noise, speech)
 
     def parameters(self, **options: Any) -> NDArray[np.void]:
         """Parameters of ISO 3382-1 with the limits of their 95 % intervals.

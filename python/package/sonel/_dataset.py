@@ -14,6 +14,7 @@ import secrets
 import sys
 import tarfile
 import threading
+import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from pathlib import Path
@@ -27,11 +28,15 @@ from ._sonel import Error
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from . import Response, Scene
+    from . import Map, Response, Scene
 
 PARAMETERS = ["t30_s", "early_decay_time_s", "clarity_c50_db", "strength_g_db"]
 # What a measurement would read from the first channel.
 READ = {"t30_ir_s": "t30_s", "early_decay_time_ir_s": "early_decay_time_s", "clarity_c50_ir_db": "clarity_c50_db"}
+# Formats and the endings of their files.
+ENDINGS = {"npz": "npz", "tar": "tar", "h5": "h5", "zarr": "zarr.zip"}
+# Farther away a microphone is a receiver of its own [m] (docs/formats/sound.md).
+FAR_FIELD_M = 1.0
 
 
 def write(
@@ -50,8 +55,9 @@ def write(
 
     for name, function in (("trace", trace), ("render", Map.render)):
         _input.check_keywords(options[name], function, name, {"threads", "progress"})
-    if form not in ("npz", "tar"):
-        raise Error(f"format is {_input.shown(form)}: give npz or tar")
+    if form not in ENDINGS:
+        raise Error(f"format is {_input.shown(form)}: give one of {', '.join(ENDINGS)}")
+    content = {"npz": lambda: _npz, "tar": lambda: _tar, "h5": _hdf5, "zarr": _zarr}[form]()
     if not (hasattr(rooms, "__len__") and hasattr(rooms, "__getitem__") and len(rooms)):
         raise Error(f"rooms is {_input.shown(rooms)}: give a sequence of scenes, at least one")
     ranges = [range(begin, min(begin + shard_size, len(rooms))) for begin in range(0, len(rooms), shard_size)]
@@ -65,7 +71,7 @@ def write(
         raise Error(f"{out} is not a folder and cannot be made one: {problem.strerror or problem}; choose another one") from None
     _manifest(out, named, {**options, "shard_size": shard_size, "format": form})
     ranges = [ranges[number] for number in wanted]
-    paths = [out / f"shard-{number:05d}.{form}" for number in wanted]
+    paths = [out / f"shard-{number:05d}.{ENDINGS[form]}" for number in wanted]
     for path in paths:
         if os.path.lexists(path) and not path.is_file():
             raise Error(f"{path} is not a regular file: remove it")
@@ -86,7 +92,7 @@ def write(
                 going_on()
                 rows += list(_rows(index, rooms[index], options, going_on))
                 step(1)
-            _publish(path, _npz(rows) if form == "npz" else _tar(rows))
+            _publish(path, content(rows))
 
         with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
             jobs = [pool.submit(shard, job) for job in missing]
@@ -139,10 +145,43 @@ def _manifest(out: Path, named: str, options: dict[str, Any]) -> None:
     # As text: what is read again is compared.
     state = json.dumps({"sonel": __version__, "rooms": named, "options": options}, indent=1, default=_plain, sort_keys=True)
     path = out / "dataset.json"
-    if not path.exists() or not any(path for end in ("npz", "tar") for path in out.glob(f"shard-*.{end}")):
+    if not path.exists() or not any(path for end in ENDINGS.values() for path in out.glob(f"shard-*.{end}")):
+        _publish(out / "README.md", _card(named, options).encode())
         _publish(path, state.encode())
     elif not path.is_file() or path.read_text() != state:
         raise Error(f"{path} is of other rooms, options or another version: choose another folder, or delete this one to begin anew")
+
+
+def _card(named: str, options: Mapping[str, Any]) -> str:
+    """What whoever finds the folder has to know."""
+    from . import __version__
+
+    channels = options["channels"]
+    lines = [
+        f"made by: sonel {__version__}; the same call of `sonel.dataset` gives the same energies, impulse responses up to the last bits of the processor",
+        f"rooms: {named}",
+        f"seed of late sound: {'that of each trace' if options['seed'] is None else options['seed']}, mixed with the number of the room",
+        f"impulse responses: {options['sample_rate']} Hz, channels: {', '.join(channels) or 'one omnidirectional microphone'}",
+        f"files: {options['format']}, {options['shard_size']} rooms each; `dataset.json` has all options",
+        "labels: page \"Python\" of the documentation of sonel, *Rooms by the thousand*",
+        "limits: energies are simulated, neither modes nor phases of reflections; not valid below the Schroeder frequency of a room",
+    ]
+    if "hrtf" in channels:
+        lines.append(f"HRTF: {os.path.basename(os.fspath(channels['hrtf']))}, sha256 {options['head']}, licence: {_licence(channels['hrtf'])}")
+    return "# Simulated room impulse responses\n\n" + "".join(f"- {line}\n" for line in lines)
+
+
+def _licence(sofa: Any) -> str:
+    """What a SOFA file says of its licence."""
+    try:
+        import h5py  # type: ignore[import-untyped]
+
+        with h5py.File(sofa) as file:
+            stated = file.attrs.get("License", b"")
+    except (ImportError, OSError):
+        stated = b""
+    text = stated.decode(errors="replace") if isinstance(stated, bytes) else str(stated)
+    return " ".join(text.split()) or "not known, see the file"
 
 
 def _plain(value: Any) -> Any:
@@ -176,16 +215,27 @@ def _rows(
     response = room.render(threads=1, progress=going_on, **rendering)
     # Copies of a room in other materials would otherwise share the pulses of their late sound.
     seed = room.seed if options["seed"] is None else options["seed"]
-    mixed = int(np.random.SeedSequence([seed, index]).generate_state(1, np.uint64)[0] >> 1)
-    sounds = {**options["channels"], "seed": mixed, "sample_rate": options["sample_rate"]}
+    mixed, *others = (int(state >> 1) for state in np.random.SeedSequence([seed, index]).generate_state(1 + options["realisations"], np.uint64))
+    array = options["channels"].get("array")
+    places = np.zeros((1, 3)) if array is None else _positions(array)
     try:
-        responses = response.impulse_responses(**sounds)
+        heard = _hearing(room, response, options, places, going_on)
+        responses = heard(seed=mixed)
+        targets = {f"ir_within_{1000 * time:g}": heard(seed=mixed, within=time) for time in options["within"]}
     except Error as problem:
         raise Error(f"rooms[{index}]: {problem}") from None
-    targets = {f"ir_within_{1000 * time:g}": response.impulse_responses(within=time, **sounds) for time in options["within"]}
-    places = _positions(sounds["array"]) if "array" in sounds else np.zeros((1, 3))
     labels = _labels(response, options["early"])
-    labels.update(_read(responses[:, :, 0], options["sample_rate"], response.center_frequencies))
+
+    def read(samples: NDArray[np.float32]) -> dict[str, NDArray[Any]]:
+        return _read(samples[:, :, 0], options["sample_rate"], response.center_frequencies)
+
+    readings = read(responses)
+    labels.update(readings)
+    if others:
+        found = [read(response.impulse_responses(seed=other, sample_rate=options["sample_rate"])) for other in others]
+        for name, reading in readings.items():
+            half = _half_width(np.array([one[name] for one in found]))
+            labels[f"{name}_low"], labels[f"{name}_high"] = reading - half, reading + half
     for s, source in enumerate(response.source_positions):
         for r, receiver in enumerate(response.receiver_positions):
             yield {
@@ -203,6 +253,33 @@ def _rows(
                 "speed_of_sound": np.float64(response.speed_of_sound),
                 **{name: values[s, r] for name, values in labels.items()},
             }
+
+
+def _hearing(
+    room: Map, response: Response, options: dict[str, Any], places: NDArray[np.float64], going_on: Callable[[str, float], object]
+) -> Callable[..., NDArray[np.float32]]:
+    """Makes impulse responses of the channels at every receiver, [S, R, C, N]. Microphones beyond the far field are receivers of one rendering."""
+    from . import _points
+
+    channels = {**options["channels"], "sample_rate": options["sample_rate"]}
+    if np.linalg.norm(places, axis=1).max() <= FAR_FIELD_M:
+        return lambda **keywords: response.impulse_responses(**channels, **keywords)
+    microphones = _points(channels.pop("array"), "microphone")
+    pairs = [(r, m) for r in range(len(response.receivers)) for m in range(len(places))]
+    receivers = {
+        name: {**microphones[m], "name": name, "position": response.receiver_positions[r] + places[m]}
+        for r, m in pairs
+        for name in [f"{response.receivers[r]}, {microphones[m]['name']}"]
+    }
+    own = {"receivers", "grid", "audience", "spacing", "height", "directions"}
+    rendering = {name: value for name, value in options["render"].items() if name not in own}
+    apart = room.render(receivers, threads=1, progress=going_on, **rendering)
+
+    def heard(**keywords: Any) -> NDArray[np.float32]:
+        samples = apart.impulse_responses(**channels, **keywords)
+        return samples.reshape(len(samples), -1, len(places), samples.shape[-1])
+
+    return heard
 
 
 def _positions(microphones: Any) -> NDArray[np.float64]:
@@ -261,17 +338,79 @@ def _read(responses: NDArray[np.float32], sample_rate: int, center_frequencies: 
     return labels
 
 
-def _npz(rows: list[dict[str, Any]]) -> bytes:
+def _half_width(readings: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Within how much of their mean 95 of 100 readings lie, [N, …]; NaN where fewer than 4 can be read."""
+    finite = np.isfinite(readings)
+    count = np.where(finite.sum(axis=0) < 4, np.nan, finite.sum(axis=0))
+    deviations = np.where(finite, readings - np.nansum(readings, axis=0) / count, 0.0)
+    # Quantile of Student's t for ν = N − 1: Abramowitz and Stegun 26.7.5, 0.7 % low at ν = 3.
+    z, freedom = 1.959964, count - 1
+    quantile = z + (z**3 + z) / (4 * freedom) + (5 * z**5 + 16 * z**3 + 3 * z) / (96 * freedom**2)
+    quantile += (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / (384 * freedom**3)
+    half: NDArray[np.float64] = quantile * np.sqrt(np.sum(deviations**2, axis=0) / freedom * (1 + 1 / count))
+    return half
+
+
+def _arrays(rows: list[dict[str, Any]]) -> dict[str, NDArray[Any]]:
     """One array for each label, its rows side by side; impulse responses are as long as the longest, with silence behind."""
     longest = max(row["ir"].shape[-1] for row in rows)
 
     def values(name: str, row: dict[str, Any]) -> Any:
         return np.pad(row[name], ((0, 0), (0, longest - row[name].shape[-1]))) if _is_sound(name) else row[name]
 
+    return {name: np.stack([values(name, row) for row in rows]) for name in rows[0]}
+
+
+def _npz(rows: list[dict[str, Any]]) -> bytes:
     file = io.BytesIO()
-    arrays: dict[str, Any] = {name: np.stack([values(name, row) for row in rows]) for name in rows[0]}
+    arrays: dict[str, Any] = _arrays(rows)
     np.savez(file, **arrays)
     return file.getvalue()
+
+
+def _chunks(name: str, values: NDArray[Any]) -> tuple[int, ...]:
+    """A row of sound is read alone."""
+    return (1 if _is_sound(name) else len(values), *(max(1, length) for length in values.shape[1:]))
+
+
+def _hdf5() -> Callable[[list[dict[str, Any]]], bytes]:
+    """Datasets of HDF5, by h5py."""
+    try:
+        import h5py
+    except ImportError:
+        raise Error('format h5 needs the package h5py: pip install "sonel[hdf5]"') from None
+
+    def content(rows: list[dict[str, Any]]) -> bytes:
+        file = io.BytesIO()
+        with h5py.File(file, "w") as store:
+            for name, values in _arrays(rows).items():
+                store.create_dataset(name, data=values, chunks=_chunks(name, values) if _is_sound(name) else None, track_times=False)
+        return file.getvalue()
+
+    return content
+
+
+def _zarr() -> Callable[[list[dict[str, Any]]], bytes]:
+    """A group of zarr in a ZIP file, by zarr."""
+    try:
+        import zarr
+        from zarr.storage import MemoryStore
+    except ImportError:
+        raise Error('format zarr needs the package zarr, 3 or later: pip install "sonel[zarr]"') from None
+
+    def content(rows: list[dict[str, Any]]) -> bytes:
+        entries: dict[str, Any] = {}
+        group = zarr.create_group(MemoryStore(entries))
+        for name, values in _arrays(rows).items():
+            group.create_array(name, data=values, chunks=_chunks(name, values), compressors=None)
+        file = io.BytesIO()
+        with zipfile.ZipFile(file, "w") as archive:
+            # Without the time of day: the same rows are the same bytes.
+            for name in sorted(entries):
+                archive.writestr(zipfile.ZipInfo(name), entries[name].to_bytes())
+        return file.getvalue()
+
+    return content
 
 
 def _is_sound(name: str) -> bool:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import inspect
+import json
 import os
+import re
+import shlex
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -30,6 +33,33 @@ def shown(value: Any) -> str:
 def cut(text: str) -> str:
     """Without the middle of a long text."""
     return text if len(text) <= 240 else f"{text[:160]} … {text[-60:]}"
+
+
+def in_python(text: str) -> str:
+    """A message in which functions of this package stand for commands of the programs."""
+    for command, function in (("`sonel-trace materials WORD`", "sonel.library()"), ("sonel-trace check", "sonel.check")):
+        text = text.replace(command, function)
+    return re.sub(r"sonel-trace SCENE\.toml -o .*", _call, text)
+
+
+def _call(command: re.Match[str]) -> str:
+    """`sonel-trace SCENE.toml -o FILE --for NAME=VALUES …` as a call of `sonel.trace`."""
+    arguments, variants = ["scene"], {}
+    try:
+        words = shlex.split(command.group())[4:]
+        for option, value in zip(words[::2], words[1::2]):
+            if option == "--for":
+                name, _, values = value.rpartition("=")
+                numbers = re.findall(r"\[[^]]*\]|[^,]+", values)
+                variants[name] = [json.loads(number) for number in numbers]
+            elif option == "--extend":
+                arguments.append("extend=map")
+            else:
+                arguments.append(f"{option[2:]}={value if value[0].isdigit() else repr(value)}")
+    except ValueError:
+        # The middle of a long line is left out.
+        return command.group()
+    return f"sonel.trace({', '.join([*arguments, *([f'variants={variants}'] if variants else [])])})"
 
 
 def usable_memory() -> float | None:

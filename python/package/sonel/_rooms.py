@@ -299,6 +299,7 @@ def _room(
     receivers: int,
     clearance: float,
     keys: dict[str, Any],
+    from_library: bool = False,
 ) -> Scene | None:
     """A room, or None where what was drawn does not fit."""
     from . import Scene
@@ -328,6 +329,10 @@ def _room(
     scene = Scene._of_document(document, encoded(joined(parts)))
     if t60 is None:
         return scene
+    if from_library:
+        shortest, longest = np.transpose(t60)
+        times = np.array([band["eyring_s"] for band in scene.room["bands"]])
+        return scene if np.all((shortest <= times) & (times <= longest)) else None
     try:
         return scene.with_materials({"walls": {"absorption": scene.absorption_for(draw.uniform(*np.transpose(t60))), "scattering": 0.1}})
     except Error:

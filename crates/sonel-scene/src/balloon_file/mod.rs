@@ -23,7 +23,7 @@ pub fn load_balloon(name: &str, bytes: &[u8], bands: &Bands) -> Result<(Balloon,
 
 pub(crate) fn read(name: &str, bytes: &[u8], bands: &Bands) -> Result<(Balloon, Vec<String>), Problems> {
     if NOT_READ.iter().any(|ending| has_ending(name, ending)) {
-        let problem = "loudspeaker files in CLF or GLL are not read: export the balloon as .csv or .sofa (docs/formats/directivity.md) and name that file, in the scene or by --set sources.NAME.directivity=FILE.csv";
+        let problem = "loudspeaker files in CLF or GLL are not read: export the balloon as .csv or .sofa (docs/formats/directivity.md) and name that file instead";
         return Err(vec![LineProblem::new(0, problem)]);
     }
     let is_sofa = has_ending(name, ".sofa");
