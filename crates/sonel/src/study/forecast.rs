@@ -426,7 +426,7 @@ mod tests {
         let spreads = vec![Spread { place, value: Some(2.0), variance: Ok(variance), tail: 0.0 }];
         let costs = Costs { segments: 40.0, ..Costs::default() };
         Pilot {
-            effort: Effort { emissions: 10_000, rays: 2500, batches: 96 },
+            effort: Effort { emissions: 10_000, rays: 1250, batches: 96 },
             casts_rays: rays > 0.0,
             columns: sonel_renderer::Columns::PLAIN,
             spreads,
@@ -457,7 +457,7 @@ mod tests {
     fn rays_follow_sonels_whatever_makes_the_noise() {
         let effort = |packets, rays| pilot(packets, rays).need(&Targets::just_noticeable(0.1), 32).effort;
         let of_packets = effort(0.01, 0.0);
-        assert_eq!(u64::from(of_packets.rays), of_packets.emissions.div_ceil(4));
+        assert_eq!(u64::from(of_packets.rays), of_packets.emissions.div_ceil(8));
         assert_eq!(effort(0.001, 0.009), of_packets);
         assert_ne!(effort(0.001, 0.005), of_packets);
     }
