@@ -2,6 +2,7 @@
 //! its half-width is that of the spread (docs/physics.md §7). Where few strong paths carry the late decay, as in a flat room, an L-shaped one, a
 //! corridor with a bend and the hall, intervals are wider than the spread: there the coverage alone is asked for, of all receivers and bands.
 
+use rayon::prelude::*;
 use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_analysis::{Parameter, parameters};
 use sonel_geometry::Mesh;
@@ -60,7 +61,7 @@ pub(crate) fn check(scene: &Scene, run: Run) {
 
 /// `narrowest` is the smallest mean half-width allowed, of that of the spread.
 fn check_with(scene: &Scene, run: Run, narrowest: f64) {
-    let runs: Vec<_> = (1..=SEEDS).map(|seed| estimates(scene, run, seed)).collect();
+    let runs: Vec<_> = (1..=SEEDS).into_par_iter().map(|seed| estimates(scene, run, seed)).collect();
     let mut wrong = Vec::new();
     for (index, parameter) in READ.iter().enumerate() {
         let values: Vec<f64> = runs.iter().map(|run| run[index].0).collect();
@@ -133,6 +134,7 @@ fn room(mesh: Mesh, walls: &[[f64; 2]], source: [f64; 3], receivers: [[f64; 3]; 
 /// given.
 fn check_late(scene: &Scene, emissions: u64, seeds: u64) {
     let runs: Vec<_> = (1..=seeds)
+        .into_par_iter()
         .map(|seed| {
             let settings = Settings { emissions, seed, ..Settings::default() };
             parameters(&Traced::new(scene.clone(), settings).respond(RenderSettings::default()))
