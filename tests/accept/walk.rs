@@ -1,12 +1,15 @@
 //! Walks through the shipped hall in steps of 1 cm: nothing that edges leave out or cut off steps by 1 dB.
 
 use glam::{DVec3, dvec3};
+use rayon::prelude::*;
 use sonel_map::Settings;
-use sonel_renderer::{Estimator, PathClass, ReceiverPoint, RenderSettings, Rendering};
+use sonel_renderer::{Estimator, PathClass, ReceiverPoint, RenderSettings, Renderer};
 use sonel_tests::{Traced, shipped};
 
 /// Places of a walk.
 const PLACES: usize = 150;
+/// Length of the batches' windows, of which nothing is used [s].
+const DURATION: f64 = 1.0;
 /// Image sources of so many reflections and their edges are summed one by one; the rest is taken for the same everywhere.
 const ORDER: u32 = 3;
 
@@ -20,42 +23,38 @@ fn places([start, along]: [DVec3; 2]) -> Vec<ReceiverPoint> {
     (0..PLACES).map(place).collect()
 }
 
-fn render(traced: &Traced, receivers: &[ReceiverPoint], estimator: Estimator) -> Rendering {
-    let settings = RenderSettings {
-        estimator,
-        rays: Some(1 << 14),
-        mirror_order: Some(ORDER),
-        ..RenderSettings::default()
-    };
-    let renderer = traced.renderer(settings);
-    let borders = vec![vec![0.0, traced.map.header().scene.duration]; receivers.len()];
-    renderer.render(0, receivers, &borders).expect("sound receivers")
-}
-
-/// Energy of everything that has noise in the middle of the walk, per band [1/m²].
-fn rest(effects: &[&str], places: &[ReceiverPoint]) -> Vec<f64> {
-    let traced =
-        Traced::with(effects, shipped("hall"), Settings { emissions: 100_000, ..Settings::default() });
-    let rendering = render(&traced, &places[PLACES / 2..=PLACES / 2], Estimator::Auto);
+/// Energy at a place of the classes without noise, or of all others, per band [1/m²].
+fn energies(renderer: &Renderer<'_>, place: &ReceiverPoint, is_exact: bool) -> Vec<f64> {
+    let place = std::slice::from_ref(place);
+    let rendering = renderer.render(0, place, &[vec![0.0, DURATION]]).expect("a sound receiver");
     let exact = [PathClass::Direct, PathClass::ImageSource, PathClass::Edge];
-    let mut sums = vec![0.0; traced.map.header().scene.bands.count()];
-    for (_, energies) in rendering.classes.iter().filter(|(class, _)| !exact.contains(class)) {
-        sums.iter_mut().zip(energies).for_each(|(sum, energy)| *sum += energy);
-    }
-    sums
+    let classes = rendering.classes.iter().filter(|(class, _)| exact.contains(class) == is_exact);
+    let add = |sums: Vec<f64>, energies: &Vec<f64>| sums.iter().zip(energies).map(|(a, b)| a + b).collect();
+    classes
+        .map(|(_, energies)| energies.clone())
+        .reduce(|sums, energies| add(sums, &energies))
+        .expect("classes")
 }
 
 /// Change of the level between neighbours, the largest of all bands [dB].
 fn steps(walk: [DVec3; 2], effects: &[&str]) -> Vec<f64> {
     let places = places(walk);
-    let mut energies = vec![rest(effects, &places); PLACES];
-    let traced = Traced::with(effects, shipped("hall"), Settings { emissions: 32, ..Settings::default() });
-    for arrival in render(&traced, &places, Estimator::Connection).arrivals {
-        let sums = energies[arrival.receiver].iter_mut();
-        sums.zip(&arrival.energy).for_each(|(sum, energy)| *sum += energy);
-    }
-    let change = |(a, b): (&f64, &f64)| (10.0 * (a / b).log10()).abs();
-    energies.windows(2).map(|pair| pair[0].iter().zip(&pair[1]).map(change).fold(0.0, f64::max)).collect()
+    let traced =
+        |emissions| Traced::with(effects, shipped("hall"), Settings { emissions, ..Settings::default() });
+    let settings = |estimator| RenderSettings {
+        estimator,
+        rays: Some(1 << 14),
+        mirror_order: Some(ORDER),
+        ..RenderSettings::default()
+    };
+    let (many, few) = (traced(100_000), traced(32));
+    // What has noise, in the middle of the walk.
+    let rest = energies(&many.renderer(settings(Estimator::Auto)), &places[PLACES / 2], false);
+    let renderer = few.renderer(settings(Estimator::Connection));
+    let exact: Vec<_> = places.par_iter().map(|place| energies(&renderer, place, true)).collect();
+    let change = |((a, b), rest): ((&f64, &f64), &f64)| (10.0 * ((a + rest) / (b + rest)).log10()).abs();
+    let step = |pair: &[Vec<f64>]| pair[0].iter().zip(&pair[1]).zip(&rest).map(change).fold(0.0, f64::max);
+    exact.windows(2).map(step).collect()
 }
 
 /// The largest, and between which places.
