@@ -27,23 +27,20 @@ const OF_WIDTH: f64 = 2.0;
 
 /// Nodes and weights (t, w) for wave numbers within `range` [1/m], where g varies on no scale smaller than
 /// `scale` [√m], the innermost panel first.
-fn nodes([smallest, largest]: [f64; 2], scale: f64) -> Vec<(f64, f64)> {
+fn nodes([smallest, largest]: [f64; 2], scale: f64) -> impl Iterator<Item = (f64, f64)> {
     let end = (SPENT / smallest).sqrt();
     let first = (OF_SCALE * scale).min(OF_WIDTH / largest.sqrt()).clamp(LEAST * end, end);
     let nepers = libm::log(end / first);
     let panels = libm::ceil(nepers / libm::log(RATIO)) as usize;
     let half = 0.5 * nepers / panels.max(1) as f64;
-    let mut nodes = Vec::with_capacity(POINTS.len() * (panels + 1));
-    for (node, weight) in POINTS {
-        nodes.push((0.5 * first * (1.0 + node), 0.5 * first * weight));
-    }
-    for panel in 0..panels {
-        for (node, weight) in POINTS {
+    let linear = POINTS.map(|(node, weight)| (0.5 * first * (1.0 + node), 0.5 * first * weight));
+    let logarithmic = move |panel: usize| {
+        POINTS.map(|(node, weight)| {
             let t = first * libm::exp(half * ((2 * panel + 1) as f64 + node));
-            nodes.push((t, half * weight * t));
-        }
-    }
-    nodes
+            (t, half * weight * t)
+        })
+    };
+    linear.into_iter().chain((0..panels).flat_map(logarithmic))
 }
 
 /// ∫₀^∞ g(t) e^(−k t²) dt for N functions g at all wave numbers.
@@ -56,7 +53,7 @@ pub(crate) struct Integral<const N: usize> {
 impl<const N: usize> Integral<N> {
     /// For wave numbers within `range` [1/m]; `weighted` takes t and the weight of the node there.
     pub(crate) fn new(range: [f64; 2], scale: f64, weighted: impl Fn(f64, f64) -> [Complex; N]) -> Self {
-        let nodes = nodes(range, scale).into_iter();
+        let nodes = nodes(range, scale);
         Self { nodes: nodes.map(|(t, weight)| (t * t, weighted(t, weight))).collect() }
     }
 
@@ -90,7 +87,7 @@ mod tests {
         // ∫₀^∞ a/(t² + a²) e^(−k t²) dt = (π/2) e^(k a²) erfc(a √k)
         for (a, k) in [(1.0, 2.0), (1.0, 200.0), (1e-3, 2.0), (1e-6, 200.0), (0.1, 70.0)] {
             let peak = |t: f64| a / (t * t + a * a) * (-k * t * t).exp();
-            let integral: f64 = nodes([2.0, 200.0], a).iter().map(|&(t, w)| w * peak(t)).sum();
+            let integral: f64 = nodes([2.0, 200.0], a).map(|(t, w)| w * peak(t)).sum();
             let exact = std::f64::consts::FRAC_PI_2 * (k * a * a).exp() * libm::erfc(a * k.sqrt());
             assert!((integral / exact - 1.0).abs() < 1e-3, "{a} {k}: {integral} {exact}");
         }

@@ -101,6 +101,16 @@ impl Spectrum {
         Wave { length, amplitude: vec![Complex::real(amplitude); self.cells.len()] }
     }
 
+    /// Mean of |p|² of one wave with `amplitudes`, one a cell [1/m], per band [1/m²].
+    #[must_use]
+    pub fn energy_of_one(&self, amplitudes: impl Iterator<Item = Complex>) -> Vec<f64> {
+        let mut energy = vec![0.0; self.bands];
+        for (amplitude, cell) in amplitudes.zip(&self.cells) {
+            energy[cell.band] += cell.weight * amplitude.square_of_modulus();
+        }
+        energy
+    }
+
     /// Mean of |p|² of the field of `waves` per band [1/m²].
     #[must_use]
     pub fn energy<W: Borrow<Wave>>(&self, waves: &[W]) -> Vec<f64> {

@@ -16,6 +16,7 @@
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::DVec3;
 use sonel_diffraction::{Cell, Complex, WAVES, Wave};
@@ -82,7 +83,6 @@ pub(super) struct Route {
 pub(super) type Sides = [FaceSide; 2];
 
 /// The image in a face of what an edge is lit by.
-#[derive(Clone)]
 pub(super) struct FaceSide {
     /// √((1−α)(1−s)) of the face, per band.
     pub mirrored: Vec<f64>,
@@ -98,11 +98,11 @@ pub(super) struct FaceSide {
 
 /// Waves of one length over one edge or two.
 pub(super) struct Part {
-    pub route: Route,
+    pub route: Arc<Route>,
     /// The length with which the amplitudes rotate [m].
     pub length: f64,
     /// The faces of each edge.
-    pub sides: Vec<Sides>,
+    pub sides: Arc<[Sides]>,
     /// By the wave of the first edge and of the second one (past it, image in the first face, in the second): the image source that it belongs
     /// to, none where nobody knows whether that is visible, and amplitudes, one a cell [1/m].
     pub waves: Vec<(Option<usize>, Vec<Complex>)>,
@@ -111,7 +111,7 @@ pub(super) struct Part {
 /// A wave with the way that it has come.
 struct Sent {
     wave: Wave,
-    route: Route,
+    route: Arc<Route>,
 }
 
 /// An image source with the waves that belong to it.
@@ -172,7 +172,7 @@ impl<'a> Field<'a> {
                     is_over_several: false,
                 };
                 let wave = field.visible(wave);
-                field.groups[group].sent.push(Sent { wave, route });
+                field.groups[group].sent.push(Sent { wave, route: Arc::new(route) });
             }
         }
         field
@@ -240,7 +240,7 @@ impl<'a> Field<'a> {
 
     /// Adds a wave that comes straight, or that a body mirrors.
     pub(super) fn add_straight(&mut self, group: usize, wave: Wave, route: Route) {
-        self.groups[group].sent.push(Sent { wave, route });
+        self.groups[group].sent.push(Sent { wave, route: Arc::new(route) });
     }
 
     /// Adds waves over edges.

@@ -1,6 +1,7 @@
 //! The waves of one contribution: over an edge ([`EdgePath`]), over two edges of a face ([`FacePath`]), or over two others ([`EdgePair`]).
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::DVec3;
 use sonel_diffraction::face::{End, FaceEdge, crossings};
@@ -92,6 +93,7 @@ impl<'a> Waves<'a> {
 
     /// Adds them to the field.
     pub(super) fn add(&mut self, Found { path, parts, .. }: Found<'a>) {
+        let route = Arc::new(path.route.clone());
         for FoundPart { passed, detour, pieces } in parts {
             let (sides, groups) = self.sides(&path, &passed);
             if let (Some(detour), Some(group)) = (detour, groups[0]) {
@@ -100,7 +102,7 @@ impl<'a> Waves<'a> {
             }
             for (length, waves) in pieces {
                 let waves = groups.iter().copied().zip(waves).collect();
-                self.field.add(Part { route: path.route.clone(), length, sides: sides.clone(), waves });
+                self.field.add(Part { route: route.clone(), length, sides: sides.clone(), waves });
             }
         }
     }
@@ -340,8 +342,7 @@ impl<'a> Waves<'a> {
     fn energy(&self, path: &ClearPath<'_>, terms: impl Iterator<Item = Complex>) -> Vec<f64> {
         let spectrum = &self.from.edges.spectrum;
         let directed = |(term, cell): (Complex, &Cell)| term * path.route.gain[cell.band];
-        let amplitude = path.heard(terms).into_iter().zip(spectrum.cells()).map(directed).collect();
-        spectrum.energy(&[Wave { length: 0.0, amplitude }])
+        spectrum.energy_of_one(path.heard(terms).into_iter().zip(spectrum.cells()).map(directed))
     }
 
     /// The image source over walls alone that is seen past the edges and over `faces` of theirs.
@@ -363,8 +364,12 @@ impl<'a> Waves<'a> {
 
     /// The faces of the edges of a path, and by wave of the first one and of the second one the image sources that are seen over them; none where
     /// nobody knows whether they are visible, and where a face is one of a body.
-    fn sides(&mut self, path: &ClearPath<'_>, passed: &[PassedEdge<'_>]) -> (Vec<Sides>, Vec<Option<usize>>) {
-        let sides: Vec<Sides> = passed.iter().map(|passed| self.face_sides(passed)).collect();
+    fn sides(
+        &mut self,
+        path: &ClearPath<'_>,
+        passed: &[PassedEdge<'_>],
+    ) -> (Arc<[Sides]>, Vec<Option<usize>>) {
+        let sides: Arc<[Sides]> = passed.iter().map(|passed| self.face_sides(passed)).collect();
         let order = path.images[0].order() + path.images[1].order() + u32::from(path.floor.is_some());
         let columns = if passed.len() > 1 { WAVES } else { 1 };
         let mut groups = Vec::with_capacity(WAVES * columns);
