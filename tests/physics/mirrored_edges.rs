@@ -151,7 +151,8 @@ fn walks_past_obstacles_on_a_floor_have_no_steps() {
 }
 
 /// Boxes that stand on a floor are the same with and without a foot: the inner sides of hollow ones are no mirrors for anybody outside, and the
-/// edges of one box do not go on in images that another one's would show. Of either, ± 0.17 dB are left out at 95 %.
+/// edges of one box do not go on in images that another one's would show. Of either, ± 0.13 dB rms over bands
+/// are left out at 95 %.
 #[test]
 fn hollow_boxes_are_as_closed_ones() {
     let boxes =
@@ -166,9 +167,13 @@ fn hollow_boxes_are_as_closed_ones() {
         let closed = received(|mesh, low, high| meshes::add_box(mesh, OBSTACLE, low, high), 0.0);
         let [largest, of_others] = [0.0, 0.1].map(|shift| {
             let hollow = received(add_standing_box, shift);
-            let energies = hollow.iter().zip(&closed).flat_map(|(one, other)| one.iter().zip(other));
-            energies.map(|(one, other)| (10.0 * (one / other).log10()).abs()).fold(0.0, f64::max)
+            let rms = |(one, other): (&[f64; 6], &[f64; 6])| {
+                let levels = one.iter().zip(other).map(|(one, other)| 10.0 * (one / other).log10());
+                (levels.map(|level| level * level).sum::<f64>() / one.len() as f64).sqrt()
+            };
+            hollow.iter().zip(&closed).map(rms).fold(0.0, f64::max)
         });
-        assert!(largest < 0.24 && of_others > 0.3, "{largest} {of_others} dB");
+        println!("{largest} {of_others} dB");
+        assert!(largest < 0.19 && of_others > 0.3, "{largest} {of_others} dB");
     }
 }
