@@ -34,7 +34,7 @@ const BODIES_OF_TWO: usize = 1;
 const OF_TWO: f64 = 0.5;
 /// Standard deviation of what is left out, as a share of a band's energy and as root mean square over all bands, up to which no more is
 /// computed: ± 0.13 dB at 95 %. With 0.02 in every band 63 Hz, which takes longest, asks for 2.7 times the paths in the hall. In 18
-/// furnished rooms that it was not fitted to levels are off by 0.072 dB rms, 0.16 dB in 95 of 100, and 94 % of intervals hold (529 octaves).
+/// other furnished rooms, office and hall, levels are off by 0.072 dB rms, 0.16 dB in 95 of 100, and 94 % of intervals hold (529 octaves).
 const AUDIBLE: f64 = 0.015;
 /// The same for (B/E)^¾ √v = 1 [1].
 const OF_BOUNDS: f64 = 0.045;
