@@ -29,5 +29,6 @@ fn name(event: Event) -> &'static str {
         Event::Lost => "lost",
         Event::Returned => "returned",
         Event::Emerged => "emerged",
+        Event::Split => "split",
     }
 }

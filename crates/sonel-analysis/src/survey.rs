@@ -124,8 +124,13 @@ impl Reading<'_> {
             if segment.is_part {
                 return;
             }
-            ledger.segment(segment.energy);
-            let Some(arrival) = segment.arrival else { return };
+            ledger.segment(segment.energy, segment.leaves_wall);
+            let Some(arrival) = segment.arrival else {
+                if segment.event.is_final() {
+                    ledger.ended(segment.event, segment.energy);
+                }
+                return;
+            };
             let row = &*table.row(arrival.surface, segment.direction());
             ledger.arrived(segment.energy, row);
             found.surfaces[arrival.surface.0 as usize].add(segment.energy, &row.dissipated);
@@ -134,9 +139,11 @@ impl Reading<'_> {
                 // The event of its last arrival is not stored: on average this much went on.
                 faded.set_product(segment.energy, &row.passed_on, 1.0);
             }
+            if arrival.event.is_final() {
+                ledger.ended(arrival.event, &faded);
+            }
         });
-        let Some(event) = path.vertices.last().and_then(|vertex| vertex.event()) else { return };
-        ledger.ended(event, if event == Event::Extinguished { &faded } else { weight.energy() });
+        ledger.close();
     }
 }
 

@@ -14,7 +14,7 @@
 use rayon::prelude::*;
 use sonel_acoustics::Material;
 use sonel_geometry::Geometry;
-use sonel_map::{BandLedger, BandValues, Event, Leads, MapHeader, PathWeight, SonelMap, Spectral};
+use sonel_map::{Along, BandLedger, BandValues, Event, Leads, MapHeader, PathWeight, SonelMap, Spectral};
 
 use crate::reading::Reading;
 use crate::survey::survey;
@@ -308,10 +308,11 @@ fn sums_of_batch(
     let step = scene.duration * scene.speed_of_sound / WINDOWS as f64;
     let mut sums = vec![vec![Sums::default(); reading.bands]; WINDOWS];
     let mut weight = PathWeight::of(&reading.table);
-    let mut exponents = vec![vec![0.0; reading.bands]; reading.table.leads()];
+    let none = vec![vec![0.0; reading.bands]; reading.table.leads()];
     for path in reading.map.batch_paths(source, batch) {
-        exponents.iter_mut().for_each(|bands| bands.fill(0.0));
+        let mut exponents = Along::new(none.clone());
         reading.follow(source, path, 1.0, &mut weight, |segment| {
+            exponents.enter(segment);
             let Some(arrival) = segment.arrival else { return };
             let row = reading.table.row(arrival.surface, segment.direction());
             let part = (segment.end_length - segment.start_length) / step;
@@ -319,14 +320,14 @@ fn sums_of_batch(
             for (band, sums) in sums[window].iter_mut().enumerate() {
                 let energy = segment.energy.band(band);
                 sums.energy += energy;
-                sums.excess += energy * excess.ratio(&exponents, band);
+                sums.excess += energy * excess.ratio(&exponents.now, band);
                 sums.in_flight += energy * part;
                 if arrival.event == Event::Extinguished {
                     sums.extinguished += energy * row.passed_on.band(band);
                 }
             }
             let material = geometry.surface(arrival.surface).material as usize;
-            for (exponents, ratios) in exponents.iter_mut().zip(&excess.ratios[material]) {
+            for (exponents, ratios) in exponents.now.iter_mut().zip(&excess.ratios[material]) {
                 exponents.iter_mut().zip(ratios).for_each(|(exponent, ratio)| *exponent += ratio);
             }
         });

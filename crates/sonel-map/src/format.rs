@@ -106,11 +106,12 @@ pub(crate) struct ChunkFates {
 }
 
 impl ChunkFates {
-    /// Whether every path of `chunk` has one fate and every vertex ends one segment.
+    /// Whether every packet of `chunk` has one fate and every vertex ends one segment but those at which one more packet begins.
     #[must_use]
     pub(crate) fn agree_with(&self, chunk: &ChunkEntry) -> bool {
         let fates = self.fates.iter().try_fold(0, |sum: u64, &count| sum.checked_add(count));
-        fates == Some(u64::from(chunk.path_count)) && self.segments == chunk.vertex_count
+        let split = fates.and_then(|fates| fates.checked_sub(u64::from(chunk.path_count)));
+        split.and_then(|split| split.checked_add(self.segments)) == Some(chunk.vertex_count)
     }
 }
 

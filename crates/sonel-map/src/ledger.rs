@@ -194,8 +194,6 @@ pub struct ChunkLedger {
     /// The sums in the order of the fields of [`BandLedger`].
     terms: [Vec<Lanes>; LEDGER_TERMS],
     packet_sampling: Vec<Lanes>,
-    /// Whether the packet's last segment ended where part of its energy goes on that is not recorded yet.
-    departs: bool,
     /// What became of the packets.
     pub fates: Fates,
     /// Straight pieces of path traced.
@@ -218,7 +216,6 @@ impl ChunkLedger {
         Self {
             terms: [(); LEDGER_TERMS].map(|()| nothing.clone()),
             packet_sampling: nothing,
-            departs: false,
             fates: Fates::default(),
             segments: 0,
         }
@@ -231,14 +228,15 @@ impl ChunkLedger {
         self.terms[EMITTED].add_times(expected, unit);
         self.packet_sampling.set_times(expected, unit);
         self.packet_sampling.subtract(actual);
-        self.departs = false;
     }
 
-    /// Records a segment with `energy`: what really went on from where it begins.
+    /// Records a segment with `energy`: what really went on from where it begins, if that is a wall.
     #[inline]
-    pub fn segment(&mut self, energy: &[Lanes]) {
+    pub fn segment(&mut self, energy: &[Lanes], leaves_wall: bool) {
         self.segments += 1;
-        self.depart(energy);
+        if leaves_wall {
+            self.packet_sampling.subtract(energy);
+        }
     }
 
     /// Records an arrival at a surface with `row`: `incident` energy, a part of which is expected to go on.
@@ -246,32 +244,29 @@ impl ChunkLedger {
     pub fn arrived(&mut self, incident: &[Lanes], row: &MaterialRow) {
         self.terms[ABSORBED].add_product(incident, &row.dissipated);
         self.packet_sampling.add_product(incident, &row.passed_on);
-        self.departs = true;
     }
 
-    #[inline]
-    fn depart(&mut self, energy: &[Lanes]) {
-        if std::mem::take(&mut self.departs) {
-            self.packet_sampling.subtract(energy);
-        }
-    }
-
-    /// Closes the ledger of one packet that ended in `last`, with `remaining` energy on its way unless it was absorbed.
+    /// Records that a packet ended in `last`, with `remaining` energy on its way unless it was absorbed.
     pub fn ended(&mut self, last: Event, remaining: &[Lanes]) {
-        if last != Event::Absorbed {
-            self.depart(remaining);
+        if last == Event::Extinguished {
+            self.packet_sampling.subtract(remaining);
         }
-        let packet = &self.packet_sampling;
-        debug_assert!(packet.values().chain(remaining.values()).all(f64::is_finite));
+        debug_assert!(remaining.values().all(f64::is_finite));
         match last {
             Event::Escaped => self.terms[ESCAPED].add(remaining),
             Event::Left => self.terms[TRANSMITTED].add(remaining),
             Event::Absorbed => {}
             _ => self.terms[TRUNCATED].add(remaining),
         }
+        self.fates.record(last);
+    }
+
+    /// Closes the ledger of a packet, and of those it was split into.
+    pub fn close(&mut self) {
+        let packet = &self.packet_sampling;
+        debug_assert!(packet.values().all(f64::is_finite));
         self.terms[SAMPLING].add(packet);
         self.terms[SAMPLING_VARIANCE].add_product(packet, packet);
-        self.fates.record(last);
     }
 
     /// The finished ledger of all bands, whose `classes` the columns are.

@@ -26,10 +26,12 @@ impl Places<'_> {
 
 /// Whether a path keeps the rules of the format.
 pub(crate) fn is_sound_path(path: &[Vertex], places: Places<'_>) -> bool {
-    let Some((last, before)) = path.split_last() else { return false };
-    let sound = |vertex: &Vertex, is_final: bool| {
-        vertex.event().is_some_and(|event| event.is_final() == is_final && places.hold(vertex, event))
-            && vertex.position.is_finite()
-    };
-    sound(last, true) && before.iter().all(|vertex| sound(vertex, false))
+    let mut under_way = 1_u64;
+    let sound = path.iter().all(|vertex| {
+        let Some(event) = vertex.event().filter(|_| under_way > 0) else { return false };
+        under_way += u64::from(event == Event::Split);
+        under_way -= u64::from(event.is_final());
+        places.hold(vertex, event) && vertex.position.is_finite()
+    });
+    sound && under_way == 0
 }

@@ -57,6 +57,44 @@ pub struct Arrival {
     pub event: Event,
 }
 
+/// Whether a segment is the first of one of two packets that were one before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Fork {
+    /// It is not.
+    #[default]
+    None,
+    /// Of the first.
+    First,
+    /// Of the second, which begins where the first did.
+    Second,
+}
+
+/// What a visitor of segments keeps along a path: at each fork the second packet goes on with what there was when the first did.
+#[derive(Debug, Clone)]
+pub struct Along<T> {
+    /// Present value.
+    pub now: T,
+    kept: Vec<T>,
+}
+
+impl<T: Clone> Along<T> {
+    /// Begins with `start`.
+    #[must_use]
+    pub fn new(start: T) -> Self {
+        Self { now: start, kept: Vec::new() }
+    }
+
+    /// To be called first with every segment.
+    #[inline]
+    pub fn enter(&mut self, segment: &Segment<'_>) {
+        match segment.fork {
+            Fork::None => {}
+            Fork::First => self.kept.push(self.now.clone()),
+            Fork::Second => self.now = self.kept.pop().expect("the first packet of the fork came before"),
+        }
+    }
+}
+
 /// One straight piece of a path: a leg, or a chord of it where the speed of sound has a gradient.
 #[derive(Debug, Clone, Copy)]
 pub struct Segment<'a> {
@@ -79,8 +117,12 @@ pub struct Segment<'a> {
     pub arrival: Option<Arrival>,
     /// Whether it is a chord of an arc that goes on behind its end.
     pub is_part: bool,
-    /// Whether the packet meets nothing any more: it ends at the end of the run.
-    pub escapes: bool,
+    /// Event at its end.
+    pub event: Event,
+    /// Whether it leaves a wall, where its energy is what remained of that which arrived.
+    pub leaves_wall: bool,
+    /// Forks before it.
+    pub fork: Fork,
 }
 
 impl Segment<'_> {
@@ -90,22 +132,48 @@ impl Segment<'_> {
     pub fn direction(&self) -> DVec3 {
         self.end.as_dvec3() - self.start.as_dvec3()
     }
+
+    /// Whether the packet meets nothing any more: it ends at the end of the run.
+    #[inline]
+    #[must_use]
+    pub fn escapes(&self) -> bool {
+        matches!(self.event, Event::Escaped | Event::Lost | Event::Left)
+    }
 }
 
-/// Visits the segments of a path from `source` (about the scene's centre [m]) in the given air. `weight` must have been started for this
-/// path by [`PathWeight::emit`]; `table` must know the surfaces.
+/// Where a packet is on its way.
+#[derive(Clone, Copy)]
+struct Way {
+    start: DVec3,
+    start_length: f64,
+    air: u32,
+    history: SegmentHistory,
+    leaves_wall: bool,
+}
+
+/// Visits the segments of a path from `source` (about the scene's centre [m]) in the given air, those of packets that it splits into one packet
+/// after the other. `weight` must have been started for this path by [`PathWeight::emit`]; `table` must know the surfaces.
 pub fn sweep(
-    (source, mut air): (DVec3, u32),
+    (source, air): (DVec3, u32),
     vertices: &[Vertex],
     table: &CoefficientTable,
     weight: &mut PathWeight,
     mut visit: impl FnMut(&Segment<'_>),
 ) {
-    let (mut start, mut start_length) = (source, 0.0);
-    let mut history = SegmentHistory::default();
+    let history = SegmentHistory::default();
+    let mut way = Way { start: source, start_length: 0.0, air, history, leaves_wall: false };
+    let mut fork = Fork::None;
+    let mut second = Vec::new();
     let propagation = table.propagation();
     for vertex in vertices {
         let Some(event) = vertex.event() else { return };
+        if event == Event::Split {
+            weight.halve();
+            second.push((way, weight.clone()));
+            fork = Fork::First;
+            continue;
+        }
+        let Way { start, start_length, air, history, leaves_wall } = way;
         let end = vertex.position.as_dvec3();
         let end_length = start_length + propagation.length(air, start, end);
         let (surface, side) = (vertex.surface(), vertex.side());
@@ -119,19 +187,25 @@ pub fn sweep(
             energy: weight.energy(),
             history,
             arrival: event.leaves_sonel().then_some(Arrival { surface, side, event }),
-            escapes: matches!(event, Event::Escaped | Event::Lost | Event::Left),
+            event,
+            leaves_wall,
+            fork,
         };
         if propagation.is_straight() || start == end {
             visit(&segment);
         } else {
             visit_chords(propagation.leg(start, end), &segment, &mut visit);
         }
+        fork = Fork::None;
         if event.is_final() {
-            return;
+            let Some((branched, its_weight)) = second.pop() else { return };
+            (way, *weight, fork) = (branched, its_weight, Fork::Second);
+            continue;
         }
+        way = Way { start: end, start_length: end_length, air, history: history.after(event), leaves_wall: false };
         if event.is_at_interface() {
             let beyond = usize::from(event == Event::Refracted);
-            air = propagation.interface(surface, side).map_or(air, |it| it.airs[beyond]);
+            way.air = propagation.interface(surface, side).map_or(air, |it| it.airs[beyond]);
         } else if !matches!(event, Event::Diffracted | Event::Emerged) {
             let row = &*table.row(surface, end - start);
             weight.pass(match event {
@@ -139,8 +213,8 @@ pub fn sweep(
                 Event::Transmitted => &row.transmitted,
                 _ => &row.specular,
             });
+            way.leaves_wall = true;
         }
-        (start, start_length, history) = (end, end_length, history.after(event));
     }
 }
 
@@ -154,6 +228,7 @@ fn visit_chords(leg: Option<Leg>, whole: &Segment<'_>, visit: &mut dyn FnMut(&Se
     for (number, joint) in (1..).zip(arc.joints(time)) {
         let end_length = whole.start_length + f64::from(number) * step;
         chord = Segment {
+            fork: if chord.end == whole.start { whole.fork } else { Fork::None },
             start: chord.end,
             start_length: chord.end_length,
             end: joint.as_vec3(),
@@ -162,5 +237,6 @@ fn visit_chords(leg: Option<Leg>, whole: &Segment<'_>, visit: &mut dyn FnMut(&Se
         };
         visit(&chord);
     }
-    visit(&Segment { start: chord.end, start_length: chord.end_length, ..*whole });
+    let fork = if chord.end == whole.start { whole.fork } else { Fork::None };
+    visit(&Segment { start: chord.end, start_length: chord.end_length, fork, ..*whole });
 }

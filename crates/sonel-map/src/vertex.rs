@@ -37,11 +37,13 @@ pub enum Event {
     Left = 13,
     /// Comes out of a partition with thickness, at the place on its other face that is opposite to where it entered.
     Emerged = 14,
+    /// From here two packets go on, each with half of the energy: what follows up to an end is the first's path, then comes the second's.
+    Split = 15,
 }
 
 impl Event {
     /// All events with their codes.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Specular,
         Self::Diffuse,
         Self::Transmitted,
@@ -55,6 +57,7 @@ impl Event {
         Self::Lost,
         Self::Left,
         Self::Emerged,
+        Self::Split,
     ];
 
     #[inline]
@@ -125,6 +128,12 @@ impl Vertex {
         Self::new(position, SurfaceId(edge), Side::Front, Event::Diffracted)
     }
 
+    /// Where a packet on its way from `position` becomes two.
+    #[must_use]
+    pub fn split(position: Vec3) -> Self {
+        Self::new(position, SurfaceId(SURFACE_LIMIT - 1), Side::Front, Event::Split)
+    }
+
     /// The end of a packet that met no surface.
     #[must_use]
     pub fn nowhere(position: Vec3, event: Event) -> Self {
@@ -172,7 +181,7 @@ mod tests {
 
     #[test]
     fn unknown_event_codes_are_not_guessed() {
-        for code in [4_u32, 5, 15] {
+        for code in [4_u32, 5] {
             let vertex: Vertex = bytemuck::cast([0, 0, 0, code]);
             assert_eq!(vertex.event(), None);
         }

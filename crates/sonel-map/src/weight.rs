@@ -107,6 +107,27 @@ impl PathWeight {
         self.source_factor * self.leads * self.feeding.largest() <= threshold * drawn.sum()
     }
 
+    /// N times the energy in every band times its factor in `factors`, added up, if every lead had equally many packets: a function of
+    /// the path alone, as [`Self::is_extinct`].
+    #[must_use]
+    pub fn compared(&self, factors: &[Lanes]) -> f64 {
+        let (mut drawn, mut fed) = (Lanes::ZERO, Lanes::ZERO);
+        for drawing in &self.drawing {
+            drawn += drawing.product * drawing.sizes;
+        }
+        for (&feeding, &factor) in self.feeding.iter().zip(factors) {
+            fed += feeding * factor;
+        }
+        self.source_factor * self.leads * fed.sum() / drawn.sum()
+    }
+
+    /// Becomes the weight of each of two packets that the packet is split into.
+    pub fn halve(&mut self) {
+        self.source_factor *= 0.5;
+        self.numerator *= 0.5;
+        self.energy.scale(0.5);
+    }
+
     /// Passes through `event`.
     #[inline]
     pub fn pass(&mut self, event: &EventRow) {

@@ -11,7 +11,7 @@
 
 use glam::{DVec3, Vec3};
 use sonel_geometry::{Departure, Geometry, Side, SurfaceId};
-use sonel_map::{BandClasses, BandValues, Lanes, Segment, SonelMap};
+use sonel_map::{Along, BandClasses, BandValues, Lanes, Segment, SonelMap};
 use sonel_scene::{Effect, Scene};
 
 use crate::air::AirTable;
@@ -125,7 +125,7 @@ impl Airs {
 pub(crate) struct Fading<'a> {
     airs: &'a Airs,
     reach: f64,
-    kept: Vec<Lanes>,
+    kept: Along<Vec<Lanes>>,
     leaving: Vec<Lanes>,
     arriving: Vec<Lanes>,
 }
@@ -134,15 +134,17 @@ impl<'a> Fading<'a> {
     /// At the beginning of a path of `lanes` lanes of bands, of up to `reach` [m].
     pub(crate) fn new(airs: &'a Airs, lanes: usize, reach: f64) -> Self {
         let zeros = || vec![Lanes::ZERO; lanes];
-        Self { airs, reach, kept: vec![Lanes::ONE; lanes], leaving: zeros(), arriving: zeros() }
+        Self { airs, reach, kept: Along::new(vec![Lanes::ONE; lanes]), leaving: zeros(), arriving: zeros() }
     }
 
     /// Hands over the next segment with its energies where it begins and, apart, where it ends.
     pub(crate) fn visit(&mut self, segment: &Segment<'_>, visit: &mut impl FnMut(&Segment<'_>, &[Lanes])) {
+        self.kept.enter(segment);
+        let kept = &mut self.kept.now;
         let length = (segment.end_length - segment.start_length).min(self.reach);
-        self.leaving.set_product(segment.energy, &self.kept, 1.0);
-        self.airs.fade(segment.air, length, &mut self.kept);
-        self.arriving.set_product(segment.energy, &self.kept, 1.0);
+        self.leaving.set_product(segment.energy, kept, 1.0);
+        self.airs.fade(segment.air, length, kept);
+        self.arriving.set_product(segment.energy, kept, 1.0);
         visit(&Segment { energy: &self.leaving, ..*segment }, &self.arriving);
     }
 }

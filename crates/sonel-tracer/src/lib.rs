@@ -9,11 +9,12 @@
 
 /// Revision of the paths: raised by every change after which the same command may write other paths or another ledger. `tests/pipeline`
 /// keeps digests of some runs. Maps of two revisions are never joined.
-pub const REVISION: u32 = 5;
+pub const REVISION: u32 = 6;
 
 pub mod interaction;
 pub mod packet;
 pub mod run;
+mod usual;
 mod zone;
 
 pub use run::{CHUNKS_IN_FLIGHT, TraceError, TracedChunk, Tracer};

@@ -8,6 +8,7 @@ use sonel_map::{
 use sonel_sampling::{Frame, Stream};
 use sonel_scene::{Flight, Interface, Refraction, Source, refract};
 
+use crate::usual::Usual;
 use crate::interaction::{draw_event, mirrored, scattered};
 use crate::zone::{DiffractionZones, Way};
 
@@ -30,6 +31,7 @@ pub struct Surroundings<'a> {
 }
 
 /// A packet on its way.
+#[derive(Clone, Copy)]
 struct Packet {
     flight: Flight,
     /// See [`Emission::deciding`].
@@ -37,6 +39,8 @@ struct Packet {
     passed: Passed,
     /// Event at the last partition.
     passage: Passage,
+    /// Whether it leaves a wall, see [`sonel_map::Segment::leaves_wall`].
+    leaves_wall: bool,
 }
 
 /// Exit of a partition.
@@ -72,6 +76,8 @@ pub struct Emission<'a> {
     pub start: &'a PacketStart,
     /// Share of its batch in the run.
     pub share: f64,
+    /// Energies beyond which packets are split; none where no packet is.
+    pub usual: Option<&'a Usual>,
 }
 
 /// Arrivals of a packet that a chunk has room for from the start: those of a reverberant room. Speed alone depends on it.
@@ -105,23 +111,32 @@ impl Surroundings<'_> {
     /// Traces one packet to its end, leaving its path and its ledger in `records`.
     pub fn trace_packet(&self, emission: &Emission<'_>, stream: &mut Stream, records: &mut Records) {
         begin(emission, records);
-        let Emission { flight, deciding, .. } = *emission;
-        let mut packet = Packet { flight, deciding, passed: Passed::None, passage: Passage::On };
-        let last = loop {
-            if let Some(last) = self.step(&mut packet, stream, records) {
-                break last;
-            }
-        };
-        let Records { paths, ledger, weight } = records;
-        ledger.ended(last.event().expect("made from an event"), weight.energy());
-        paths.vertices.push(last);
-        paths.ends.push(paths.vertices.len() as u32);
+        let Emission { flight, deciding, usual, .. } = *emission;
+        let (passed, passage) = (Passed::None, Passage::On);
+        let mut packet = Packet { flight, deciding, passed, passage, leaves_wall: false };
+        let mut second = Vec::new();
+        loop {
+            let Some(last) = self.step(&mut packet, stream, records) else {
+                if usual.is_some_and(|usual| usual.is_exceeded(&records.weight, packet.flight.length)) {
+                    records.paths.vertices.push(Vertex::split(packet.flight.position.as_vec3()));
+                    records.weight.halve();
+                    second.push((packet, records.weight.clone()));
+                }
+                continue;
+            };
+            records.ledger.ended(last.event().expect("made from an event"), records.weight.energy());
+            records.paths.vertices.push(last);
+            let Some(branched) = second.pop() else { break };
+            (packet, records.weight) = branched;
+        }
+        records.ledger.close();
+        records.paths.ends.push(records.paths.vertices.len() as u32);
     }
 
     /// Carries a packet to its next vertex, which `records` get unless it is the last: that is returned.
     #[inline]
     fn step(&self, packet: &mut Packet, stream: &mut Stream, records: &mut Records) -> Option<Vertex> {
-        records.ledger.segment(records.weight.energy());
+        records.ledger.segment(records.weight.energy(), std::mem::take(&mut packet.leaves_wall));
         match std::mem::replace(&mut packet.passage, Passage::On) {
             Passage::On => {}
             Passage::Through(far) => {
@@ -174,6 +189,7 @@ impl Surroundings<'_> {
         if weight.is_extinct(self.extinction_threshold) {
             return Event::Extinguished;
         }
+        packet.leaves_wall = true;
         packet.passed = match (event, packet.passed) {
             (Event::Transmitted, _) => Passed::Last,
             (_, Passed::Last) => Passed::Before,
@@ -234,19 +250,20 @@ impl Surroundings<'_> {
     pub fn take_over(&self, emission: &Emission<'_>, path: &[Vertex], records: &mut Records) {
         begin(emission, records);
         let Records { paths, ledger, weight } = records;
-        let Flight { position: mut from, air, .. } = emission.flight;
+        let Flight { position: from, air, .. } = emission.flight;
         sweep((from, air), path, &self.table, weight, |segment| {
             if segment.is_part {
                 return;
             }
-            let to = segment.end.as_dvec3();
-            ledger.segment(segment.energy);
+            ledger.segment(segment.energy, segment.leaves_wall);
             if let Some(arrival) = segment.arrival {
-                ledger.arrived(segment.energy, &self.table.row(arrival.surface, to - from));
+                ledger.arrived(segment.energy, &self.table.row(arrival.surface, segment.direction()));
             }
-            from = to;
+            if segment.event.is_final() {
+                ledger.ended(segment.event, segment.energy);
+            }
         });
-        ledger.ended(last(path).expect("a complete path has an end"), weight.energy());
+        ledger.close();
         paths.vertices.extend_from_slice(path);
         paths.ends.push(paths.vertices.len() as u32);
     }
@@ -281,13 +298,9 @@ impl Surroundings<'_> {
     }
 }
 
-fn last(path: &[Vertex]) -> Option<Event> {
-    path.last().and_then(|vertex| vertex.event())
-}
-
 /// Whether a path states every event: where a packet was extinguished, what it did before is not stored.
 pub fn is_complete(path: &[Vertex]) -> bool {
-    last(path).is_some_and(|last| last != Event::Extinguished)
+    path.iter().all(|vertex| vertex.event().is_some_and(|event| event != Event::Extinguished))
 }
 
 /// Sends a packet on its way.

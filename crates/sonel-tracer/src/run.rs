@@ -6,13 +6,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 use sonel_geometry::{Departure, Geometry, Misplaced, NearestSide};
 use sonel_map::{
-    BandClasses, ChunkPaths, CoefficientTable, Emissions, Event, Fate, Leads, Ledger, MapHeader, Mode,
-    Settings, ShardRange, SonelMap, Spectral,
+    BandClasses, ChunkPaths, CoefficientTable, Emissions, Event, Fate, Leads, Ledger, MapHeader, Mode, PathView,
+    PathWeight, Settings, ShardRange, SonelMap, Spectral,
 };
 use sonel_sampling::{Frame, Purpose, StreamFamily};
 use sonel_scene::{Flight, Propagation, Scene, Source};
 use thiserror::Error;
 
+use crate::usual::{UnderWay, Usual};
 use crate::packet::{Emission, Records, Surroundings, is_complete};
 use crate::zone::DiffractionZones;
 
@@ -66,13 +67,18 @@ pub struct TracedChunk {
 /// A scene made ready for tracing.
 pub struct Tracer<'a> {
     scene: &'a Scene,
-    seed: u64,
+    settings: Settings,
     classes: BandClasses,
     /// Classes of leads.
     leads: BandClasses,
     surroundings: Surroundings<'a>,
     emissions: Emissions,
+    /// By source; empty where no packet is split.
+    usual: Vec<Usual>,
 }
+
+/// Packets of the runs that find which energy is usual: the first without splitting, the second split by the first.
+const PILOTS: [u64; 2] = [256, 1024];
 
 impl<'a> Tracer<'a> {
     /// Prepares `scene`, whose walls are `geometry`.
@@ -105,7 +111,42 @@ impl<'a> Tracer<'a> {
         };
         let (center, layout) = (geometry.center(), settings.layout(scene));
         let emissions = Emissions::new(scene, center, &settings, layout, &classes, leads.classes());
-        Self { scene, seed: settings.seed, classes, leads: leads.classes().clone(), surroundings, emissions }
+        let leads = leads.classes().clone();
+        let mut tracer = Self { scene, settings, classes, leads, surroundings, emissions, usual: Vec::new() };
+        if settings.mode == Mode::Accurate && settings.spectral == Spectral::Shared {
+            let [first, second] = PILOTS;
+            let unsplit = tracer.under_way(first);
+            tracer.usual = unsplit.iter().map(|found| found.thresholds(found)).collect();
+            let split = tracer.under_way(second);
+            tracer.usual = split.iter().zip(&unsplit).map(|(found, paced)| found.thresholds(paced)).collect();
+        }
+        tracer
+    }
+
+    /// Energies under way of a run of `packets` with random numbers of its own, by source.
+    fn under_way(&self, packets: u64) -> Vec<UnderWay> {
+        let settings = Settings { emissions: packets, seed: !self.settings.seed, ..self.settings };
+        let (layout, center) = (settings.layout(self.scene), self.surroundings.geometry.center());
+        let emissions =
+            Emissions::new(self.scene, center, &settings, layout, &self.classes, &self.leads);
+        let table = &self.surroundings.table;
+        let of_source = |source: u32| {
+            let chunks: Vec<_> = (0..layout.chunks())
+                .into_par_iter()
+                .map(|chunk| self.trace_chunk(&emissions, settings.seed, (source, chunk), None))
+                .collect();
+            let mut found = UnderWay::new(self.surroundings.reach, table.bands());
+            let mut weight = PathWeight::of(table);
+            for TracedChunk { first_emission, paths, .. } in &chunks {
+                let starts = std::iter::once(0).chain(paths.ends.iter().copied());
+                for ((start, &end), emission) in starts.zip(&paths.ends).zip(*first_emission..) {
+                    let path = PathView { emission, vertices: &paths.vertices[start as usize..end as usize] };
+                    found.add(source, path, &emissions, &self.surroundings, &mut weight);
+                }
+            }
+            found
+        };
+        (0..self.scene.sources.len() as u32).map(of_source).collect()
     }
 
     /// Prepares the run that `header` states: its scene, whose walls are `geometry`, its settings, and of its effects those that
@@ -169,7 +210,8 @@ impl<'a> Tracer<'a> {
         let sources = 0..self.scene.sources.len() as u32;
         let mut groups = sources.flat_map(|source| self.groups(shard).map(move |group| (source, group)));
         let trace = |(source, group): (u32, Range<u64>)| -> Vec<_> {
-            group.into_par_iter().map(|chunk| self.trace_chunk(source, chunk, known)).collect()
+            let chunks = group.into_par_iter();
+            chunks.map(|chunk| self.trace_chunk(&self.emissions, self.settings.seed, (source, chunk), known)).collect()
         };
         let mut total = Ledger::new(self.scene.bands.count());
         let mut first_lost = None;
@@ -213,10 +255,16 @@ impl<'a> Tracer<'a> {
         shard.chunks(self.emissions.layout.chunks())
     }
 
-    fn trace_chunk(&self, source: u32, chunk: u64, known: Option<&SonelMap>) -> TracedChunk {
+    fn trace_chunk(
+        &self,
+        emissions: &Emissions,
+        seed: u64,
+        (source, chunk): (u32, u64),
+        known: Option<&SonelMap>,
+    ) -> TracedChunk {
         let mut records = Records::new(&self.surroundings.table);
-        let streams = StreamFamily::new(self.seed, Purpose::Packet, [source, 0, 0, 0]);
-        let (emissions, (position, air)) = (&self.emissions, self.emissions.origin(source));
+        let streams = StreamFamily::new(seed, Purpose::Packet, [source, 0, 0, 0]);
+        let (position, air) = emissions.origin(source);
         let indices = emissions.layout.emissions(chunk..chunk + 1);
         for index in indices.clone() {
             let direction = emissions.direction(source, index);
@@ -227,6 +275,7 @@ impl<'a> Tracer<'a> {
                 deciding: self.leads.of(emissions.layout.lead(index) as usize),
                 start: emissions.start(index),
                 share: emissions.share(index),
+                usual: self.usual.get(source as usize),
             };
             match known.and_then(|map| map.path(source, index)).filter(|path| is_complete(path.vertices)) {
                 None => self.surroundings.trace_packet(&emission, &mut streams.stream(index), &mut records),

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 use sonel_geometry::PlaneId;
-use sonel_map::{Arrival, BandValues, Event, Lanes, PathView, PathWeight, Segment, SegmentHistory, lanes_of};
+use sonel_map::{Along, Arrival, BandValues, Event, Lanes, PathView, PathWeight, Segment, SegmentHistory, lanes_of};
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
 use super::{Progress, Renderer};
@@ -56,7 +56,7 @@ struct Scratch {
     discs: Vec<(u32, f64)>,
     brought: Vec<Lanes>,
     /// The level at which all reflections of the path have been so far, [`Levels`](crate::exact::level::Levels).
-    level: Option<PlaneId>,
+    level: Along<Option<PlaneId>>,
 }
 
 impl Renderer<'_> {
@@ -278,7 +278,7 @@ impl Renderer<'_> {
             energy: zeros,
             discs: Vec::new(),
             brought: Vec::new(),
-            level: None,
+            level: Along::new(None),
         };
         scratch.index = self.gather_index(group, source, batch, &mut scratch.energy, estimate);
         let mut weight = PathWeight::of(&self.prepared.table);
@@ -322,9 +322,10 @@ impl Renderer<'_> {
         estimate: &mut BatchEstimate<'_>,
     ) {
         let medium = self.medium();
+        scratch.level.enter(segment);
         estimate.record_segment(segment, &medium, &mut scratch.energy);
         let SegmentHistory { specular_run, interfaces, .. } = segment.history;
-        let is_exact = scratch.level.is_some() && segment.history.image_order().is_some();
+        let is_exact = scratch.level.now.is_some() && segment.history.image_order().is_some();
         if !is_exact && (specular_run > 0 || interfaces > 0) || !self.connects_diffuse() {
             let receivers = group.tile.receivers.iter().zip(&group.others).enumerate();
             let left = receivers.filter(|(_, (_, others))| is_left_to_sphere(segment.history, **others));
@@ -342,7 +343,7 @@ impl Renderer<'_> {
         if let Some(levels) = self.prepared.levels.as_ref().filter(|_| arrival.event == Event::Specular) {
             let level = levels.of(arrival.surface);
             let is_first = segment.history.order == 0;
-            scratch.level = level.filter(|_| is_first || level == scratch.level);
+            scratch.level.now = level.filter(|_| is_first || level == scratch.level.now);
         }
         let row = &*self.prepared.table.row(arrival.surface, segment.direction());
         let Some(selection) = group.selection.filter(|_| !row.is_mirror) else { return };

@@ -70,7 +70,7 @@ impl<'t> BatchEstimate<'t> {
         scratch: &mut [Lanes],
     ) {
         for (sum, mark) in self.under_way.iter_mut().zip(medium.bins.marks()) {
-            if segment.escapes || mark < segment.start_length || mark >= segment.end_length {
+            if segment.escapes() || mark < segment.start_length || mark >= segment.end_length {
                 continue;
             }
             scratch.copy_from_slice(segment.energy);

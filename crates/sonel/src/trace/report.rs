@@ -21,7 +21,7 @@ impl Traced {
              energy ledger: largest relative residual {:.1e}\neffects:\n{}\n\
              {:.2} s ({:.2} CPU seconds)",
             header.scene.name,
-            fates.total(),
+            self.map.sonels().path_count(),
             self.map.sonels().sonel_count(),
             counts.join(", "),
             self.ledger.worst_residual(),
@@ -36,7 +36,7 @@ impl Traced {
     pub fn report(&self) -> Value {
         let scene = &self.header().scene;
         let mut report = json!({
-            "emitted": self.ledger.fates.total(),
+            "emitted": self.map.sonels().path_count(),
             "stored": self.map.sonels().vertex_count(),
             "segments": self.ledger.segments,
             "wall_s": self.seconds.0,
