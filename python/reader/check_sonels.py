@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from read_sonelmap import (ABSORBED, DIFFRACTED, DIFFUSE, EMERGED, ESCAPED, EXPIRED, LEFT, LOST, REFRACTED, RETURNED, SPECULAR,
-                           SonelMap, arriving, sonels)
+                           SonelMap, arriving, packets, sonels)
 
 # Events at which a path goes on without leaving a sonel.
 NO_SONEL = (DIFFRACTED, EMERGED, REFRACTED, RETURNED)
@@ -26,31 +26,33 @@ DIRECTED = 1e-4
 def histories(map, source):
     """(emission, leading band, order, specular run, diffused, event) of every sonel of a source."""
     bands = len(map.header["scene"]["nominal_frequencies"])
-    for emission, vertices in map.paths(source):
-        order, run, diffused = 0, 0, False
-        for event in vertices["tag"] & 15:
-            if event in (ESCAPED, EXPIRED, LOST, LEFT):
-                break
-            if event in NO_SONEL:
-                continue
-            yield emission, emission % bands, order, run, diffused, event
-            if event >= ABSORBED:
-                break
-            if event in (SPECULAR, DIFFUSE):
-                order, run, diffused = order + 1, run + 1 if event == SPECULAR else 0, diffused or event == DIFFUSE
+    for emission, path in map.paths(source):
+        for vertices, _, own in packets(path):
+            order, run, diffused = 0, 0, False
+            for step, event in enumerate(vertices["tag"] & 15):
+                if event in (ESCAPED, EXPIRED, LOST, LEFT):
+                    break
+                if event in NO_SONEL:
+                    continue
+                if step >= own:
+                    yield emission, emission % bands, order, run, diffused, event
+                if event >= ABSORBED:
+                    break
+                if event in (SPECULAR, DIFFUSE):
+                    order, run, diffused = order + 1, run + 1 if event == SPECULAR else 0, diffused or event == DIFFUSE
 
 
 def directions(map, source):
     """Unit vectors between the stored points; that of a first segment errs by the rounding of its end."""
     origin = map.header["scene"]["sources"][source]["position"] - map.header["center"]
-    for _, vertices in map.paths(source):
+    for vertices, own in ((vertices, own) for _, path in map.paths(source) for vertices, _, own in packets(path)):
         points = vertices["position"].astype(float)
         steps = np.diff(points, axis=0, prepend=origin[None])
         lengths = np.linalg.norm(steps, axis=1, keepdims=True)
         if map.gradient:
             ends = zip(np.vstack([origin, points[:-1]]), points)
             steps, lengths = np.array([arriving(map, *pair) for pair in ends]), 1 + 0 * lengths
-        for vertex, step in zip(vertices, steps / np.where(lengths > 0, lengths, 1)):
+        for vertex, step in list(zip(vertices, steps / np.where(lengths > 0, lengths, 1)))[own:]:
             if vertex["tag"] & 15 not in (*NO_SONEL, ESCAPED, EXPIRED, LOST, LEFT):
                 yield step
 

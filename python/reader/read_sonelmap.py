@@ -15,7 +15,7 @@ import numpy as np
 
 SPECULAR, DIFFUSE, TRANSMITTED, REFRACTED = range(4)
 DIFFRACTED, RETURNED = 6, 7
-EMERGED = 14
+EMERGED, SPLIT = 14, 15
 ABSORBED, ESCAPED, EXPIRED, EXTINGUISHED, LOST, LEFT = range(8, 14)
 
 SURFACE = np.dtype([("material", "<u4"), ("closed", "<u4"), ("normal", "<f8", 3), ("offset", "<f8"), ("area", "<f8")])
@@ -124,6 +124,23 @@ class SonelMap:
             vertices = self.part(offset + -(-4 * count // 64) * 64, 16 * int(chunk["vertices"]), VERTEX)
             for index, end in enumerate(ends):
                 yield int(chunk["first_emission"]) + index, vertices[ends[index - 1] if index else 0:end]
+
+
+def packets(vertices):
+    """The packets that a path's becomes: vertices of each from the source on, its part of the energy on the way to each, number of the first of its own."""
+    way, part, own, second = [], 1.0, 0, []
+    for vertex in vertices:
+        event = vertex["tag"] & 15
+        if event == SPLIT:
+            part /= 2
+            second.append((list(way), part))
+            continue
+        way.append((vertex, part))
+        if ABSORBED <= event <= LEFT:
+            yield np.array([vertex for vertex, _ in way], VERTEX), [part for _, part in way], own
+            if second:
+                way, part = second.pop()
+                own = len(way)
 
 
 def coefficients(map):
@@ -386,28 +403,30 @@ def sonels(map, source):
     emitter = map.header["scene"]["sources"][source]
     directions = Directions(map, source)
     origin = emitter["position"] - map.header["center"]
-    for emission, vertices in map.paths(source):
+    for emission, path in map.paths(source):
         share, carried, mixed, led = emissions.start(emission)
         # The directivity factor is part of the energy alone, not of the probabilities.
         share = share * directivity(map, source, directions.direction(emission))
-        feeding, drawing = carried.copy(), mixed.copy()
-        points = vertices["position"].astype(float)
-        lengths = np.cumsum(legs(map, source, origin, points, vertices))
-        events, surfaces = vertices["tag"] & 15, vertices["tag"] >> 5
-        for step, (event, surface) in enumerate(zip(events, surfaces)):
-            if event in (ESCAPED, EXPIRED, LOST, LEFT):
-                break
-            if event in (DIFFRACTED, REFRACTED, RETURNED, EMERGED):
-                continue
-            energy = share * feeding / (led * drawing).sum()
-            factors, probabilities = coefficients.met(surface, points[step] - (points[step - 1] if step else origin))
-            yield surface, vertices["tag"][step] >> 4 & 1, points[step], lengths[step], energy, factors
-            if event >= ABSORBED:
-                break
-            feeding = feeding * factors[event]
-            drawing = drawing * probabilities[event]
-            scale = 1 / drawing.max()  # common to both, so it drops out: nothing underflows
-            feeding, drawing = feeding * scale, drawing * scale
+        for vertices, parts, own in packets(path):
+            feeding, drawing = carried.copy(), mixed.copy()
+            points = vertices["position"].astype(float)
+            lengths = np.cumsum(legs(map, source, origin, points, vertices))
+            events, surfaces = vertices["tag"] & 15, vertices["tag"] >> 5
+            for step, (event, surface) in enumerate(zip(events, surfaces)):
+                if event in (ESCAPED, EXPIRED, LOST, LEFT):
+                    break
+                if event in (DIFFRACTED, REFRACTED, RETURNED, EMERGED):
+                    continue
+                energy = parts[step] * share * feeding / (led * drawing).sum()
+                factors, probabilities = coefficients.met(surface, points[step] - (points[step - 1] if step else origin))
+                if step >= own:
+                    yield surface, vertices["tag"][step] >> 4 & 1, points[step], lengths[step], energy, factors
+                if event >= ABSORBED:
+                    break
+                feeding = feeding * factors[event]
+                drawing = drawing * probabilities[event]
+                scale = 1 / drawing.max()  # common to both, so it drops out: nothing underflows
+                feeding, drawing = feeding * scale, drawing * scale
 
 
 def connections(map, source, receiver):

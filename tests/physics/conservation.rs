@@ -95,14 +95,16 @@ fn a_wrong_absorption_leaves_a_residual() {
         let batch = BatchStart::new(&layout, 0, Spectral::Shared);
         weight.emit(1.0, 1.0, batch.packet(0));
         ledger.emitted(1.0, &batch.packet(0).expected, weight.energy());
-        for _ in 0..10 {
-            ledger.segment(weight.energy());
+        for bounce in 0..10 {
+            ledger.segment(weight.energy(), bounce > 0);
             let row = table.material(0);
             let dissipated = absorbing.material(0).dissipated.clone();
             ledger.arrived(weight.energy(), &MaterialRow { dissipated, ..row.clone() });
             weight.pass(&row.diffuse);
         }
+        ledger.segment(weight.energy(), true);
         ledger.ended(Event::Expired, weight.energy());
+        ledger.close();
         ledger.finish(&sonel_map::BandClasses::separate(1)).worst_residual()
     };
     assert!(residual(&table) < 1e-12);

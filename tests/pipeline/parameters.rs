@@ -83,7 +83,7 @@ fn the_default_number_of_packets_is_the_same_in_every_room() {
     check(&folder, &[], 3, &expected);
     let traced = std::fs::read(folder.path("a.sonelmap")).unwrap();
     let packets = sonel_map::SonelMap::from_bytes(&traced).unwrap().header().settings.emissions;
-    assert_eq!(packets, 32_000);
+    assert_eq!(packets, 16_000);
     trace(&folder, "b.sonelmap", &["--packets", &packets.to_string()]).unwrap();
     assert!(traced == std::fs::read(folder.path("b.sonelmap")).unwrap(), "other bytes than with --packets");
     trace(&folder, "c.sonelmap", &["--packets", "2k", "--seed", "2"]).unwrap();

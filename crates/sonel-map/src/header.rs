@@ -46,11 +46,11 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// 32 000 emissions (docs/planning.md), seed 1, 32 batches, β = 0.15, shared bands. The threshold of −1000 dB ends packets of runs without
+    /// 16 000 emissions (docs/planning.md), seed 1, 32 batches, β = 0.15, shared bands. The threshold of −1000 dB ends packets of runs without
     /// roulette alone: with this β a packet comes to it once in 10¹⁷, so that paths hold what other materials let through.
     fn default() -> Self {
         Self {
-            emissions: 32_000,
+            emissions: 16_000,
             seed: 1,
             batches: 32,
             survival: 0.15,

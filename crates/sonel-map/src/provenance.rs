@@ -242,7 +242,7 @@ mod tests {
         type Change = fn(&mut MapHeader);
         let changes: [(Change, &str, &str, &str); 19] = [
             (|header| header.tool_version.push('4'), "version of sonel", "1.2.3", "1.2.34"),
-            (|header| header.settings.emissions = 7, "number of emissions", "32000", "7"),
+            (|header| header.settings.emissions = 7, "number of emissions", "16000", "7"),
             (|header| header.settings.seed = 2, "seed", "1", "2"),
             (|header| header.settings.batches = 8, "number of batches", "32", "8"),
             (|header| header.settings.survival = 0.25, "survival exponent", "0.15", "0.25"),

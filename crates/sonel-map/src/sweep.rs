@@ -202,7 +202,13 @@ pub fn sweep(
             (way, *weight, fork) = (branched, its_weight, Fork::Second);
             continue;
         }
-        way = Way { start: end, start_length: end_length, air, history: history.after(event), leaves_wall: false };
+        way = Way {
+            start: end,
+            start_length: end_length,
+            air,
+            history: history.after(event),
+            leaves_wall: false,
+        };
         if event.is_at_interface() {
             let beyond = usize::from(event == Event::Refracted);
             way.air = propagation.interface(surface, side).map_or(air, |it| it.airs[beyond]);
@@ -239,4 +245,52 @@ fn visit_chords(leg: Option<Leg>, whole: &Segment<'_>, visit: &mut dyn FnMut(&Se
     }
     let fork = if chord.end == whole.start { whole.fork } else { Fork::None };
     visit(&Segment { start: chord.end, start_length: chord.end_length, fork, ..*whole });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sonel_acoustics::{BandValues, Material, to_lanes};
+    use sonel_geometry::{Geometry, Mesh};
+
+    use crate::emission::PacketStart;
+
+    /// Energies of the segments of a path along x that meets walls of α = 0.2.
+    fn visited(events: &[Event]) -> Vec<(Fork, f64, f64, f64)> {
+        let room = Geometry::build(Mesh::shoebox([6.0, 4.0, 3.0], [0; 6])).unwrap();
+        let walls = [Material::uniform("walls", 0.2, 0.5, 1)];
+        let table = CoefficientTable::new(&walls, 1, 0.0).with_geometry(&room);
+        let one = || to_lanes([1.0]);
+        let start = PacketStart { counts: one(), carried: one(), sizes: one(), expected: one() };
+        let mut weight = PathWeight::of(&table);
+        weight.emit(1.0, 1.0, &start);
+        let vertex = |(at, &event): (usize, &Event)| {
+            Vertex::new(Vec3::X * at as f32, SurfaceId(0), Side::Front, event)
+        };
+        let path: Vec<Vertex> = events.iter().enumerate().map(vertex).collect();
+        let mut found = Vec::new();
+        sweep((DVec3::ZERO, 0), &path, &table, &mut weight, |segment| {
+            found.push((segment.fork, segment.start_length, segment.end_length, segment.energy.band(0)));
+        });
+        found
+    }
+
+    #[test]
+    fn the_second_packet_of_a_fork_begins_where_the_first_did_with_its_energy() {
+        use Event::{Absorbed, Diffuse, Split};
+        let found = visited(&[Diffuse, Split, Diffuse, Absorbed, Diffuse, Absorbed]);
+        let halves = [0.4, 0.32];
+        let expected = [
+            (Fork::None, 0.0, 0.0, 1.0),
+            (Fork::First, 0.0, 2.0, halves[0]),
+            (Fork::None, 2.0, 3.0, halves[1]),
+            (Fork::Second, 0.0, 4.0, halves[0]),
+            (Fork::None, 4.0, 5.0, halves[1]),
+        ];
+        assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.iter().zip(expected) {
+            assert_eq!((found.0, found.1, found.2), (expected.0, expected.1, expected.2));
+            assert!((found.3 - expected.3).abs() < 1e-15, "{found:?}");
+        }
+    }
 }

@@ -4,8 +4,8 @@
 /// that a map states is limited otherwise, and 64 MB a receiver are enough for either.
 const MOST_BINS: f64 = (1_u32 << 20) as f64;
 
-/// Sonels of a map for each visibility ray of a receiver.
-const SONELS_PER_RAY: u64 = 8;
+/// Packets of a map for each visibility ray of a receiver.
+const PACKETS_PER_RAY: u64 = 4;
 /// Most rays that are taken unasked: the discs of a batch's fill hundreds of megabytes.
 pub const MOST_RAYS: u32 = 1 << 22;
 /// Rays of the founding paper's pass.
@@ -112,13 +112,13 @@ impl RenderSettings {
         Ok(())
     }
 
-    /// Visibility rays of one receiver for a map of so many emissions per source. Unless a number is given they are an eighth as many: in the
+    /// Visibility rays of one receiver for a map of so many emissions per source. Unless a number is given they are a quarter as many: in the
     /// hall and an office half and twice as many take nearly the same time for an accuracy (docs/planning.md).
     #[must_use]
     pub fn rays(&self, emissions: u64) -> u32 {
         let usual = match self.estimator {
             Estimator::Paper => PAPER_RAYS,
-            _ => emissions.div_ceil(SONELS_PER_RAY).min(MOST_RAYS.into()) as u32,
+            _ => emissions.div_ceil(PACKETS_PER_RAY).min(MOST_RAYS.into()) as u32,
         };
         self.rays.unwrap_or(usual)
     }

@@ -6,15 +6,15 @@ use glam::DVec3;
 use rayon::prelude::*;
 use sonel_geometry::{Departure, Geometry, Misplaced, NearestSide};
 use sonel_map::{
-    BandClasses, ChunkPaths, CoefficientTable, Emissions, Event, Fate, Leads, Ledger, MapHeader, Mode, PathView,
-    PathWeight, Settings, ShardRange, SonelMap, Spectral,
+    BandClasses, ChunkPaths, CoefficientTable, Emissions, Event, Fate, Leads, Ledger, MapHeader, Mode,
+    PathView, PathWeight, Settings, ShardRange, SonelMap, Spectral,
 };
 use sonel_sampling::{Frame, Purpose, StreamFamily};
 use sonel_scene::{Flight, Propagation, Scene, Source};
 use thiserror::Error;
 
-use crate::usual::{UnderWay, Usual};
 use crate::packet::{Emission, Records, Surroundings, is_complete};
+use crate::usual::{UnderWay, Usual};
 use crate::zone::DiffractionZones;
 
 /// Chunks traced before they are handed over together, while the next are traced: bounds the memory, whatever the number of
@@ -78,7 +78,7 @@ pub struct Tracer<'a> {
 }
 
 /// Packets of the runs that find which energy is usual: the first without splitting, the second split by the first.
-const PILOTS: [u64; 2] = [256, 1024];
+const PILOTS: [u64; 2] = [128, 512];
 
 impl<'a> Tracer<'a> {
     /// Prepares `scene`, whose walls are `geometry`.
@@ -127,8 +127,7 @@ impl<'a> Tracer<'a> {
     fn under_way(&self, packets: u64) -> Vec<UnderWay> {
         let settings = Settings { emissions: packets, seed: !self.settings.seed, ..self.settings };
         let (layout, center) = (settings.layout(self.scene), self.surroundings.geometry.center());
-        let emissions =
-            Emissions::new(self.scene, center, &settings, layout, &self.classes, &self.leads);
+        let emissions = Emissions::new(self.scene, center, &settings, layout, &self.classes, &self.leads);
         let table = &self.surroundings.table;
         let of_source = |source: u32| {
             let chunks: Vec<_> = (0..layout.chunks())
@@ -211,7 +210,9 @@ impl<'a> Tracer<'a> {
         let mut groups = sources.flat_map(|source| self.groups(shard).map(move |group| (source, group)));
         let trace = |(source, group): (u32, Range<u64>)| -> Vec<_> {
             let chunks = group.into_par_iter();
-            chunks.map(|chunk| self.trace_chunk(&self.emissions, self.settings.seed, (source, chunk), known)).collect()
+            chunks
+                .map(|chunk| self.trace_chunk(&self.emissions, self.settings.seed, (source, chunk), known))
+                .collect()
         };
         let mut total = Ledger::new(self.scene.bands.count());
         let mut first_lost = None;

@@ -34,7 +34,7 @@ pub(crate) struct UnderWay {
 
 impl UnderWay {
     /// Nothing yet, of packets with paths of up to `reach` [m] in so many `columns`.
-    pub fn new(reach: f64, columns: usize) -> Self {
+    pub(crate) fn new(reach: f64, columns: usize) -> Self {
         Self {
             windows_per_length: WINDOWS as f64 / reach,
             emitted: 0,
@@ -44,7 +44,7 @@ impl UnderWay {
     }
 
     /// Adds a packet of `source`.
-    pub fn add(
+    pub(crate) fn add(
         &mut self,
         source: u32,
         path: PathView<'_>,
@@ -67,7 +67,7 @@ impl UnderWay {
     }
 
     /// The thresholds by which as many packets as in `paced` are under way: a run in which none was split.
-    pub fn thresholds(&self, paced: &Self) -> Usual {
+    pub(crate) fn thresholds(&self, paced: &Self) -> Usual {
         let inverse = |(energy, &packets): (&Vec<Lanes>, &u64)| {
             let packets = packets as f64 / paced.emitted as f64;
             let mut inverse = energy.clone();

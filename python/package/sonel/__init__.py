@@ -575,7 +575,7 @@ def trace(
         A scene with sources.
     packets
         Packets per source (and band with `spectral` per-band); with `extend` of the whole new map, with `until` the
-        maximum (default 32 000).
+        maximum (default 16 000).
     until
         Add packets until the half-width of every 95 % interval meets its target, such as t30<1%,level<0.1dB,c80<0.2jnd;
         `report["until"]["reached"]` says whether it does. The map is that of `packets` with the final number. Parameters: level, g, edt, t20, t30, c50,
@@ -989,7 +989,7 @@ class Map(_Managed):
             Effects of the rendering: auto, or changes such as -diffraction (no sound over edges), -boundary (low frequencies
             as rays have them); other effects are decided by the trace (default auto).
         rays
-            Visibility rays per receiver; with `until` the maximum (default an eighth of the packets; 16384 with
+            Visibility rays per receiver; with `until` the maximum (default a quarter of the packets; 16384 with
             `estimator` paper).
         radius
             Radius of the discs in which sonels are gathered [m] (default from room and number of packets).

@@ -68,14 +68,16 @@ fn drift(packets: u32) -> (f64, f64) {
     for _ in 0..packets {
         weight.emit(1.0, 1.0, batch.packet(0));
         ledger.emitted(1.0, &batch.packet(0).expected, weight.energy());
-        for _ in 0..ARRIVALS {
-            ledger.segment(weight.energy());
+        for arrival in 0..ARRIVALS {
+            ledger.segment(weight.energy(), arrival > 0);
             ledger.arrived(weight.energy(), row);
             single += (weight.energy()[0][0] * row.dissipated[0][0]) as f32;
             weight.pass(&row.diffuse);
         }
         remaining += weight.energy()[0][0];
+        ledger.segment(weight.energy(), true);
         ledger.ended(Event::Expired, weight.energy());
+        ledger.close();
     }
     let ledger = ledger.finish(&BandClasses::separate(1));
     (ledger.worst_residual(), (1.0 - f64::from(single) - remaining).abs())

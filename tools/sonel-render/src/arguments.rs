@@ -126,7 +126,7 @@ pub struct Arguments {
     /// Radius of the gathering discs [m] [default: from room and packets].
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub radius: Option<f64>,
-    /// Visibility rays per receiver [default: an eighth of the packets].
+    /// Visibility rays per receiver [default: a quarter of the packets].
     ///
     /// With --until the maximum. With --estimator paper the default is 16384.
     #[arg(long, value_name = "M", value_parser = parse_rays, allow_negative_numbers = true)]

@@ -21,7 +21,7 @@ pub struct Arguments {
     /// An existing map is replaced when the new one is complete. Optional with --plan.
     #[arg(short, long, value_name = "MAP.sonelmap", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
-    /// Packets per source [default: 32k].
+    /// Packets per source [default: 16k].
     ///
     /// With --decision the default is the number of that map. With --spectral per-band the number is per band, with --shard of all shards,
     /// with --extend of the whole new map, with --until the maximum.

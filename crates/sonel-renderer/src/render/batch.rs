@@ -5,7 +5,9 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 use sonel_geometry::PlaneId;
-use sonel_map::{Along, Arrival, BandValues, Event, Lanes, PathView, PathWeight, Segment, SegmentHistory, lanes_of};
+use sonel_map::{
+    Along, Arrival, BandValues, Event, Lanes, PathView, PathWeight, Segment, SegmentHistory, lanes_of,
+};
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
 use super::{Progress, Renderer};

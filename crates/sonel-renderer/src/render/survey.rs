@@ -51,10 +51,9 @@ impl Renderer<'_> {
         } else {
             self.nothing_surveyed().0
         };
-        let thins = self.prepared.settings.estimator == Estimator::Auto && self.gathers_by_mirrors();
         let room = free_path(self.geometry);
         SonelSurvey {
-            selection: self.connects_diffuse().then(|| counts.selection(thins)),
+            selection: self.connects_diffuse().then(|| counts.selection()),
             scale: sample
                 .scale()
                 .map_or(Scale { free_path: room, distance: room }, |scale| scale.in_halves_of(room)),

@@ -4,9 +4,6 @@
 //! selected with probability p = min(1, e / ē) and then weighted by 1/p, so that the mean stays: threshold sampling [DuffieldLundThorup2005].
 //! With ē = Σe² / Σe over the sonels about its time and place no more of them are selected than equal ones would have the same variance,
 //! (Σe)² / Σe², and the variance that they bring is at most doubled. Of several bands the one with the largest e / ē decides.
-//!
-//! Early there are more equal packets than late, where T30 has its noise. Where rays gather, a sonel costs more to render than to trace,
-//! and no more of the early ones are taken than is in proportion to the late.
 
 use std::ops::Range;
 
@@ -20,15 +17,6 @@ const WINDOWS: usize = 64;
 /// of the sonels to estimate them from.
 const PARTS: usize = 4;
 const CELLS: usize = PARTS * PARTS * PARTS;
-
-/// Energy of a window relative to the strongest one below which its sonels count as late [1]: the middle of the range of T30, −25 dB.
-const LATE: f64 = 0.003_16;
-/// Sonels taken from the window with most energy where early ones are thinned out, in multiples of the effective number (Σe)² / Σe² of the late
-/// ones: EDT and T30 have about equal errors then, in just-noticeable differences, in the hall and in offices.
-const EARLY_PER_LATE: f64 = 14.0;
-/// Smallest share of [`EARLY_PER_LATE`] in any other window [1]; between, the number follows the energy. Chosen, not measured; doubled, weak
-/// early windows cost twice as many connections.
-const LEAST: f64 = 0.1;
 
 /// Grid of times and places for sonels.
 #[derive(Debug, Clone, Copy)]
@@ -58,11 +46,6 @@ impl Neighbourhoods {
         let [x, y, z] = parts.map(|part| (part as usize).min(PARTS - 1));
         let at = ((window * PARTS + z) * PARTS + y) * PARTS + x;
         at * self.lanes..(at + 1) * self.lanes
-    }
-
-    /// Places of a lane of one cell, window by window.
-    fn windows(&self, cell_and_lane: usize) -> impl Iterator<Item = usize> + Clone + use<> {
-        (cell_and_lane..self.count()).step_by(CELLS * self.lanes)
     }
 }
 
@@ -97,65 +80,17 @@ impl SonelCounts {
         self.squares.add(&other.squares);
     }
 
-    /// Selection of sonels, and whether early ones are thinned out.
+    /// Selection of sonels.
     #[must_use]
-    pub(crate) fn selection(&self, thins: bool) -> SonelSelection {
-        let thinned = if thins { EARLY_PER_LATE * self.late_per_early() } else { f64::INFINITY };
+    pub(crate) fn selection(&self) -> SonelSelection {
         let mut inverse_thresholds = vec![Lanes::splat(f64::MAX); self.sums.len()];
-        for (cell_and_lane, band) in self.cells() {
-            let largest = self.largest_sum(cell_and_lane, band);
-            let most_equal = self.most_equal(cell_and_lane, band);
-            for at in self.windows(cell_and_lane, band) {
-                let sum = self.sums[at][band];
-                let most = thinned * most_equal * (sum / largest).max(LEAST);
-                inverse_thresholds[at][band] = self.equal(at, band).min(most) / sum;
+        let sums = self.sums.values().zip(self.squares.values());
+        for (inverse, (sum, square)) in inverse_thresholds.values_mut().zip(sums) {
+            if square > 0.0 {
+                *inverse = sum / square;
             }
         }
         SonelSelection { neighbourhoods: self.neighbourhoods, inverse_thresholds }
-    }
-
-    /// Effective number of late sonels over that of the window with most of them, of the whole scene, in the band where it is least.
-    fn late_per_early(&self) -> f64 {
-        let mut counts = vec![[[0.0; 2]; Lanes::COUNT]; self.neighbourhoods.lanes];
-        for (cell_and_lane, band) in self.cells() {
-            let largest = self.largest_sum(cell_and_lane, band);
-            let is_late = |&at: &usize| self.sums[at][band] < LATE * largest;
-            // After the window with most energy; the last one where the run ends before that.
-            let windows = self.windows(cell_and_lane, band).skip_while(|&at| self.sums[at][band] < largest);
-            let late = windows.clone().find(is_late).or_else(|| windows.clone().last());
-            let [late_count, early_count] = &mut counts[cell_and_lane % self.neighbourhoods.lanes][band];
-            *late_count += late.map_or(0.0, |at| self.equal(at, band));
-            *early_count += self.most_equal(cell_and_lane, band);
-        }
-        let shares =
-            counts.iter().flatten().filter(|[_, early]| *early > 0.0).map(|[late, early]| late / early);
-        shares.fold(f64::INFINITY, f64::min)
-    }
-
-    /// All cells with a lane each, and the bands in it.
-    fn cells(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
-        (0..CELLS * self.neighbourhoods.lanes)
-            .flat_map(|cell_and_lane| (0..Lanes::COUNT).map(move |band| (cell_and_lane, band)))
-    }
-
-    /// Windows with any energy of one band in a cell.
-    fn windows(&self, cell_and_lane: usize, band: usize) -> impl Iterator<Item = usize> + Clone + '_ {
-        self.neighbourhoods.windows(cell_and_lane).filter(move |&at| self.squares[at][band] > 0.0)
-    }
-
-    /// (Σe)² / Σe².
-    fn equal(&self, at: usize, band: usize) -> f64 {
-        self.sums[at][band] * self.sums[at][band] / self.squares[at][band]
-    }
-
-    /// The largest effective number of any window.
-    fn most_equal(&self, cell_and_lane: usize, band: usize) -> f64 {
-        self.windows(cell_and_lane, band).map(|at| self.equal(at, band)).fold(0.0, f64::max)
-    }
-
-    /// The largest energy of any window.
-    fn largest_sum(&self, cell_and_lane: usize, band: usize) -> f64 {
-        self.windows(cell_and_lane, band).map(|at| self.sums[at][band]).fold(0.0, f64::max)
     }
 }
 
@@ -230,7 +165,7 @@ mod tests {
     #[test]
     fn selected_sonels_stand_for_all_and_are_few() {
         let energies = energies();
-        let selection = counts(&energies).selection(false);
+        let selection = counts(&energies).selection();
         let (sum, squares) = energies
             .iter()
             .fold((0.0, 0.0), |(sum, squares), e| (sum + e[0][0], squares + e[0][0] * e[0][0]));
@@ -261,34 +196,10 @@ mod tests {
     #[test]
     fn equal_sonels_and_times_without_any_are_all_selected() {
         let equal = vec![to_lanes([0.25, 0.5]); 10];
-        let selection = counts(&equal).selection(false);
+        let selection = counts(&equal).selection();
         assert!(selection.probability(50.0, HERE, &equal[0]) >= 1.0);
         assert!(selection.probability(90.0, HERE, &equal[0]) >= 1.0, "nothing was counted there");
         assert!(selection.probability(50.0, HERE, &to_lanes([0.025, 0.05])) < 0.5);
-    }
-
-    #[test]
-    fn early_sonels_are_thinned_out_where_late_ones_are_few() {
-        let (early, later, late) = ([Lanes::ONE], [Lanes::splat(0.1)], [Lanes::splat(0.001)]);
-        let probabilities = |late_count: u32| {
-            let mut counts = nothing();
-            (0..1000).for_each(|_| counts.count(5.0, HERE, &early));
-            (0..1000).for_each(|_| counts.count(50.0, HERE, &later));
-            (0..late_count).for_each(|_| counts.count(95.0, HERE, &late));
-            let all = counts.selection(false);
-            assert!(all.probability(5.0, HERE, &early) >= 1.0);
-            let thinned = counts.selection(true);
-            [(5.0, &early), (50.0, &later), (95.0, &late)]
-                .map(|(length, energy)| thinned.probability(length, HERE, energy))
-        };
-        let few = 0.02 * EARLY_PER_LATE;
-        for (late_count, expected) in [(20, [few, few * LEAST, 1.0]), (1000, [1.0; 3])] {
-            let found = probabilities(late_count);
-            assert!(
-                found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12),
-                "{found:?}"
-            );
-        }
     }
 
     #[test]
@@ -296,7 +207,7 @@ mod tests {
         let mut counts = nothing();
         (0..100).for_each(|_| counts.count(5.0, HERE, &[Lanes::splat(1.0)]));
         (0..100).for_each(|_| counts.count(5.0, THERE, &[Lanes::splat(1e-3)]));
-        let selection = counts.selection(false);
+        let selection = counts.selection();
         assert!(selection.probability(5.0, THERE, &[Lanes::splat(1e-3)]) > 0.999);
         assert!(selection.probability(5.0, HERE, &[Lanes::splat(1e-3)]) < 0.002);
     }

@@ -27,7 +27,7 @@ pub struct RenderOptions {
     pub batches: Option<u32>,
     /// Radius of the discs in which visibility rays gather [m]; by default from room and number of packets.
     pub radius: Option<f64>,
-    /// Visibility rays per receiver, at least 1; by default an eighth as many as packets. With `until` the maximum.
+    /// Visibility rays per receiver, at least 1; by default a quarter as many as packets. With `until` the maximum.
     pub rays: Option<u32>,
     /// Seed of the rendering; by default that of the map.
     pub seed: Option<u64>,

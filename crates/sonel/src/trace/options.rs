@@ -10,7 +10,7 @@ use crate::{Effects, Error, Map, Result, Variants};
 /// Options of a trace; those that are none have the default stated here.
 #[derive(Debug, Clone, Default)]
 pub struct TraceOptions<'a> {
-    /// Emissions per source, and per band with [`Spectral::PerBand`]: at least 1. By default 32 000, with `decision` those of its map.
+    /// Emissions per source, and per band with [`Spectral::PerBand`]: at least 1. By default 16 000, with `decision` those of its map.
     /// With `shard` those of all shards, with `extend` those of the whole new map, with `until` the maximum.
     pub packets: Option<u64>,
     /// Seed of every random number; by default 1.
