@@ -65,7 +65,7 @@ pub use provenance::hexadecimal;
 pub use reader::{BeforeWidening, PathView, SonelMap};
 pub use sonel_acoustics::{BandValues, Lanes, lanes_of, to_lanes};
 pub use spectral::Spectral;
-pub use sweep::{Along, Arrival, Fork, Segment, SegmentHistory, sweep};
+pub use sweep::{Along, Arrival, Segment, SegmentHistory, sweep};
 pub use vertex::{Event, Vertex};
 pub use weight::PathWeight;
 pub use writer::{ChunkPaths, MapWriter};

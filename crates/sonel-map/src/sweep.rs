@@ -57,18 +57,6 @@ pub struct Arrival {
     pub event: Event,
 }
 
-/// Whether a segment is the first of one of two packets that were one before it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Fork {
-    /// It is not.
-    #[default]
-    None,
-    /// Of the first.
-    First,
-    /// Of the second, which begins where the first did.
-    Second,
-}
-
 /// What a visitor of segments keeps along a path: at each fork the second packet goes on with what there was when the first did.
 #[derive(Debug, Clone)]
 pub struct Along<T> {
@@ -87,10 +75,10 @@ impl<T: Clone> Along<T> {
     /// To be called first with every segment.
     #[inline]
     pub fn enter(&mut self, segment: &Segment<'_>) {
-        match segment.fork {
-            Fork::None => {}
-            Fork::First => self.kept.push(self.now.clone()),
-            Fork::Second => self.now = self.kept.pop().expect("the first packet of the fork came before"),
+        if segment.waiting > self.kept.len() {
+            self.kept.push(self.now.clone());
+        } else if segment.waiting < self.kept.len() {
+            self.now = self.kept.pop().expect("one is kept for each that waits");
         }
     }
 }
@@ -121,8 +109,8 @@ pub struct Segment<'a> {
     pub event: Event,
     /// Whether it leaves a wall, where its energy is what remained of that which arrived.
     pub leaves_wall: bool,
-    /// Forks before it.
-    pub fork: Fork,
+    /// Packets that split off before it and are still to be visited.
+    pub waiting: usize,
 }
 
 impl Segment<'_> {
@@ -131,13 +119,6 @@ impl Segment<'_> {
     #[must_use]
     pub fn direction(&self) -> DVec3 {
         self.end.as_dvec3() - self.start.as_dvec3()
-    }
-
-    /// Whether the packet meets nothing any more: it ends at the end of the run.
-    #[inline]
-    #[must_use]
-    pub fn escapes(&self) -> bool {
-        matches!(self.event, Event::Escaped | Event::Lost | Event::Left)
     }
 }
 
@@ -162,7 +143,6 @@ pub fn sweep(
 ) {
     let history = SegmentHistory::default();
     let mut way = Way { start: source, start_length: 0.0, air, history, leaves_wall: false };
-    let mut fork = Fork::None;
     let mut second = Vec::new();
     let propagation = table.propagation();
     for vertex in vertices {
@@ -170,7 +150,6 @@ pub fn sweep(
         if event == Event::Split {
             weight.halve();
             second.push((way, weight.clone()));
-            fork = Fork::First;
             continue;
         }
         let Way { start, start_length, air, history, leaves_wall } = way;
@@ -189,17 +168,16 @@ pub fn sweep(
             arrival: event.leaves_sonel().then_some(Arrival { surface, side, event }),
             event,
             leaves_wall,
-            fork,
+            waiting: second.len(),
         };
         if propagation.is_straight() || start == end {
             visit(&segment);
         } else {
             visit_chords(propagation.leg(start, end), &segment, &mut visit);
         }
-        fork = Fork::None;
         if event.is_final() {
             let Some((branched, its_weight)) = second.pop() else { return };
-            (way, *weight, fork) = (branched, its_weight, Fork::Second);
+            (way, *weight) = (branched, its_weight);
             continue;
         }
         way = Way {
@@ -234,7 +212,6 @@ fn visit_chords(leg: Option<Leg>, whole: &Segment<'_>, visit: &mut dyn FnMut(&Se
     for (number, joint) in (1..).zip(arc.joints(time)) {
         let end_length = whole.start_length + f64::from(number) * step;
         chord = Segment {
-            fork: if chord.end == whole.start { whole.fork } else { Fork::None },
             start: chord.end,
             start_length: chord.end_length,
             end: joint.as_vec3(),
@@ -243,8 +220,7 @@ fn visit_chords(leg: Option<Leg>, whole: &Segment<'_>, visit: &mut dyn FnMut(&Se
         };
         visit(&chord);
     }
-    let fork = if chord.end == whole.start { whole.fork } else { Fork::None };
-    visit(&Segment { start: chord.end, start_length: chord.end_length, fork, ..*whole });
+    visit(&Segment { start: chord.end, start_length: chord.end_length, ..*whole });
 }
 
 #[cfg(test)]
@@ -256,7 +232,7 @@ mod tests {
     use crate::emission::PacketStart;
 
     /// Energies of the segments of a path along x that meets walls of α = 0.2.
-    fn visited(events: &[Event]) -> Vec<(Fork, f64, f64, f64)> {
+    fn visited(events: &[Event]) -> Vec<(usize, f64, f64, f64)> {
         let room = Geometry::build(Mesh::shoebox([6.0, 4.0, 3.0], [0; 6])).unwrap();
         let walls = [Material::uniform("walls", 0.2, 0.5, 1)];
         let table = CoefficientTable::new(&walls, 1, 0.0).with_geometry(&room);
@@ -270,7 +246,7 @@ mod tests {
         let path: Vec<Vertex> = events.iter().enumerate().map(vertex).collect();
         let mut found = Vec::new();
         sweep((DVec3::ZERO, 0), &path, &table, &mut weight, |segment| {
-            found.push((segment.fork, segment.start_length, segment.end_length, segment.energy.band(0)));
+            found.push((segment.waiting, segment.start_length, segment.end_length, segment.energy.band(0)));
         });
         found
     }
@@ -281,11 +257,11 @@ mod tests {
         let found = visited(&[Diffuse, Split, Diffuse, Absorbed, Diffuse, Absorbed]);
         let halves = [0.4, 0.32];
         let expected = [
-            (Fork::None, 0.0, 0.0, 1.0),
-            (Fork::First, 0.0, 2.0, halves[0]),
-            (Fork::None, 2.0, 3.0, halves[1]),
-            (Fork::Second, 0.0, 4.0, halves[0]),
-            (Fork::None, 4.0, 5.0, halves[1]),
+            (0, 0.0, 0.0, 1.0),
+            (1, 0.0, 2.0, halves[0]),
+            (1, 2.0, 3.0, halves[1]),
+            (0, 0.0, 4.0, halves[0]),
+            (0, 4.0, 5.0, halves[1]),
         ];
         assert_eq!(found.len(), expected.len());
         for (found, expected) in found.iter().zip(expected) {

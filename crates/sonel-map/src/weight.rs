@@ -100,25 +100,21 @@ impl PathWeight {
     #[inline]
     #[must_use]
     pub fn is_extinct(&self, threshold: f64) -> bool {
-        let mut drawn = Lanes::ZERO;
-        for drawing in &self.drawing {
-            drawn += drawing.product * drawing.sizes;
-        }
-        self.source_factor * self.leads * self.feeding.largest() <= threshold * drawn.sum()
+        self.source_factor * self.leads * self.feeding.largest() <= threshold * self.drawn()
+    }
+
+    /// Σ over leads of ∏ p_k.
+    fn drawn(&self) -> f64 {
+        self.drawing.iter().fold(Lanes::ZERO, |sum, lead| sum + lead.product * lead.sizes).sum()
     }
 
     /// N times the energy in every band times its factor in `factors`, added up, if every lead had equally many packets: a function of
     /// the path alone, as [`Self::is_extinct`].
     #[must_use]
     pub fn compared(&self, factors: &[Lanes]) -> f64 {
-        let (mut drawn, mut fed) = (Lanes::ZERO, Lanes::ZERO);
-        for drawing in &self.drawing {
-            drawn += drawing.product * drawing.sizes;
-        }
-        for (&feeding, &factor) in self.feeding.iter().zip(factors) {
-            fed += feeding * factor;
-        }
-        self.source_factor * self.leads * fed.sum() / drawn.sum()
+        let fed =
+            self.feeding.iter().zip(factors).fold(Lanes::ZERO, |sum, (&fed, &factor)| sum + fed * factor);
+        self.source_factor * self.leads * fed.sum() / self.drawn()
     }
 
     /// Becomes the weight of each of two packets that the packet is split into.

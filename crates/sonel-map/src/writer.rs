@@ -12,6 +12,7 @@ use crate::format::{ALIGNMENT, ChunkEntry, ChunkFates, GRADIENT, MAGIC, MAJOR, M
 use crate::header::MapHeader;
 use crate::ledger::{BandLedger, Ledger};
 use crate::media;
+use crate::reader::PathView;
 use crate::record;
 use crate::surfaces;
 use crate::variants;
@@ -24,6 +25,18 @@ pub struct ChunkPaths {
     pub ends: Vec<u32>,
     /// Vertices of all paths in order.
     pub vertices: Vec<Vertex>,
+}
+
+impl ChunkPaths {
+    /// The paths, of which the first is that of emission `first`.
+    pub fn from(&self, first: u64) -> impl Iterator<Item = PathView<'_>> {
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        let path = |((start, &end), emission)| PathView {
+            emission,
+            vertices: &self.vertices[start as usize..end as usize],
+        };
+        starts.zip(&self.ends).zip(first..).map(path)
+    }
 }
 
 /// A map being written. Memory grows by a few hundred bytes a chunk, not with the sonels.

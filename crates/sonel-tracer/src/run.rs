@@ -6,8 +6,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 use sonel_geometry::{Departure, Geometry, Misplaced, NearestSide};
 use sonel_map::{
-    BandClasses, ChunkPaths, CoefficientTable, Emissions, Event, Fate, Leads, Ledger, MapHeader, Mode,
-    PathView, PathWeight, Settings, ShardRange, SonelMap, Spectral,
+    BandClasses, CHUNK_EMISSIONS, ChunkPaths, CoefficientTable, Emissions, Event, Fate, Leads, Ledger,
+    MapHeader, Mode, Settings, ShardRange, SonelMap, Spectral,
 };
 use sonel_sampling::{Frame, Purpose, StreamFamily};
 use sonel_scene::{Flight, Propagation, Scene, Source};
@@ -73,12 +73,18 @@ pub struct Tracer<'a> {
     leads: BandClasses,
     surroundings: Surroundings<'a>,
     emissions: Emissions,
+}
+
+/// What the packets of a run have besides their surroundings.
+struct Run<'a> {
+    emissions: &'a Emissions,
+    seed: u64,
     /// By source; empty where no packet is split.
     usual: Vec<Usual>,
 }
 
-/// Packets of the runs that find which energy is usual: the first without splitting, the second split by the first.
-const PILOTS: [u64; 2] = [128, 512];
+/// Packets of the runs that find which energy is usual, at most a chunk: the first without splitting, the second split by the first.
+const PILOTS: [u64; 2] = [CHUNK_EMISSIONS / 4, CHUNK_EMISSIONS];
 
 impl<'a> Tracer<'a> {
     /// Prepares `scene`, whose walls are `geometry`.
@@ -111,41 +117,31 @@ impl<'a> Tracer<'a> {
         };
         let (center, layout) = (geometry.center(), settings.layout(scene));
         let emissions = Emissions::new(scene, center, &settings, layout, &classes, leads.classes());
-        let leads = leads.classes().clone();
-        let mut tracer = Self { scene, settings, classes, leads, surroundings, emissions, usual: Vec::new() };
-        if settings.mode == Mode::Accurate && settings.spectral == Spectral::Shared {
-            let [first, second] = PILOTS;
-            let unsplit = tracer.under_way(first);
-            tracer.usual = unsplit.iter().map(|found| found.thresholds(found)).collect();
-            let split = tracer.under_way(second);
-            tracer.usual = split.iter().zip(&unsplit).map(|(found, paced)| found.thresholds(paced)).collect();
+        Self { scene, settings, classes, leads: leads.classes().clone(), surroundings, emissions }
+    }
+
+    /// Energies beyond which packets are split, by source.
+    fn usual(&self) -> Vec<Usual> {
+        if self.settings.mode == Mode::Paper || self.settings.spectral == Spectral::PerBand {
+            return Vec::new();
         }
-        tracer
+        let [first, second] = PILOTS;
+        let unsplit = self.under_way(first, Vec::new());
+        let split = self.under_way(second, unsplit.iter().map(|found| found.thresholds(found)).collect());
+        split.iter().zip(&unsplit).map(|(found, paced)| found.thresholds(paced)).collect()
     }
 
     /// Energies under way of a run of `packets` with random numbers of its own, by source.
-    fn under_way(&self, packets: u64) -> Vec<UnderWay> {
+    fn under_way(&self, packets: u64, usual: Vec<Usual>) -> Vec<UnderWay> {
         let settings = Settings { emissions: packets, seed: !self.settings.seed, ..self.settings };
         let (layout, center) = (settings.layout(self.scene), self.surroundings.geometry.center());
         let emissions = Emissions::new(self.scene, center, &settings, layout, &self.classes, &self.leads);
-        let table = &self.surroundings.table;
-        let of_source = |source: u32| {
-            let chunks: Vec<_> = (0..layout.chunks())
-                .into_par_iter()
-                .map(|chunk| self.trace_chunk(&emissions, settings.seed, (source, chunk), None))
-                .collect();
-            let mut found = UnderWay::new(self.surroundings.reach, table.bands());
-            let mut weight = PathWeight::of(table);
-            for TracedChunk { first_emission, paths, .. } in &chunks {
-                let starts = std::iter::once(0).chain(paths.ends.iter().copied());
-                for ((start, &end), emission) in starts.zip(&paths.ends).zip(*first_emission..) {
-                    let path = PathView { emission, vertices: &paths.vertices[start as usize..end as usize] };
-                    found.add(source, path, &emissions, &self.surroundings, &mut weight);
-                }
-            }
-            found
+        let run = Run { emissions: &emissions, seed: settings.seed, usual };
+        let of_source = |source| {
+            let paths = self.trace_chunk(&run, (source, 0), None).paths;
+            UnderWay::of(source, &paths, &emissions, &self.surroundings.table, self.surroundings.reach)
         };
-        (0..self.scene.sources.len() as u32).map(of_source).collect()
+        (0..self.scene.sources.len() as u32).into_par_iter().map(of_source).collect()
     }
 
     /// Prepares the run that `header` states: its scene, whose walls are `geometry`, its settings, and of its effects those that
@@ -208,11 +204,9 @@ impl<'a> Tracer<'a> {
         self.check_sources()?;
         let sources = 0..self.scene.sources.len() as u32;
         let mut groups = sources.flat_map(|source| self.groups(shard).map(move |group| (source, group)));
+        let run = Run { emissions: &self.emissions, seed: self.settings.seed, usual: self.usual() };
         let trace = |(source, group): (u32, Range<u64>)| -> Vec<_> {
-            let chunks = group.into_par_iter();
-            chunks
-                .map(|chunk| self.trace_chunk(&self.emissions, self.settings.seed, (source, chunk), known))
-                .collect()
+            group.into_par_iter().map(|chunk| self.trace_chunk(&run, (source, chunk), known)).collect()
         };
         let mut total = Ledger::new(self.scene.bands.count());
         let mut first_lost = None;
@@ -258,13 +252,12 @@ impl<'a> Tracer<'a> {
 
     fn trace_chunk(
         &self,
-        emissions: &Emissions,
-        seed: u64,
+        Run { emissions, seed, usual }: &Run<'_>,
         (source, chunk): (u32, u64),
         known: Option<&SonelMap>,
     ) -> TracedChunk {
         let mut records = Records::new(&self.surroundings.table);
-        let streams = StreamFamily::new(seed, Purpose::Packet, [source, 0, 0, 0]);
+        let streams = StreamFamily::new(*seed, Purpose::Packet, [source, 0, 0, 0]);
         let (position, air) = emissions.origin(source);
         let indices = emissions.layout.emissions(chunk..chunk + 1);
         for index in indices.clone() {
@@ -276,7 +269,7 @@ impl<'a> Tracer<'a> {
                 deciding: self.leads.of(emissions.layout.lead(index) as usize),
                 start: emissions.start(index),
                 share: emissions.share(index),
-                usual: self.usual.get(source as usize),
+                usual: usual.get(source as usize),
             };
             match known.and_then(|map| map.path(source, index)).filter(|path| is_complete(path.vertices)) {
                 None => self.surroundings.trace_packet(&emission, &mut streams.stream(index), &mut records),

@@ -5,9 +5,7 @@
 //! depends on the threshold, so that a short run with other random numbers is enough to find it.
 
 use sonel_acoustics::{BandValues, Lanes, lanes_of};
-use sonel_map::{Emissions, PathView, PathWeight, Segment};
-
-use crate::packet::Surroundings;
+use sonel_map::{ChunkPaths, CoefficientTable, Emissions, PathWeight, Segment};
 
 /// Energy of a packet that is split, in means of those under way at its time. Half of it lets twice as many go on.
 const MUCH: f64 = 2.0;
@@ -27,34 +25,32 @@ pub struct Usual {
 /// Energy and number of packets under way, by windows of path length.
 pub(crate) struct UnderWay {
     windows_per_length: f64,
-    emitted: u64,
+    emitted: f64,
     energy: Vec<Vec<Lanes>>,
-    packets: Vec<u64>,
+    packets: Vec<f64>,
 }
 
 impl UnderWay {
-    /// Nothing yet, of packets with paths of up to `reach` [m] in so many `columns`.
-    pub(crate) fn new(reach: f64, columns: usize) -> Self {
-        Self {
-            windows_per_length: WINDOWS as f64 / reach,
-            emitted: 0,
-            energy: vec![vec![Lanes::ZERO; lanes_of(columns)]; WINDOWS],
-            packets: vec![0; WINDOWS],
-        }
-    }
-
-    /// Adds a packet of `source`.
-    pub(crate) fn add(
-        &mut self,
+    /// Of the packets of `source` in `paths`, with paths of up to `reach` [m].
+    pub(crate) fn of(
         source: u32,
-        path: PathView<'_>,
+        paths: &ChunkPaths,
         emissions: &Emissions,
-        surroundings: &Surroundings<'_>,
-        weight: &mut PathWeight,
-    ) {
-        let unit = emissions.layout.batch_count(emissions.layout.batch(path.emission)) as f64;
-        self.emitted += 1;
-        emissions.follow(source, path, unit, &surroundings.table, weight, |segment| self.pass(segment));
+        table: &CoefficientTable,
+        reach: f64,
+    ) -> Self {
+        let mut found = Self {
+            windows_per_length: WINDOWS as f64 / reach,
+            emitted: paths.ends.len() as f64,
+            energy: vec![vec![Lanes::ZERO; lanes_of(table.bands())]; WINDOWS],
+            packets: vec![0.0; WINDOWS],
+        };
+        let mut weight = PathWeight::of(table);
+        for path in paths.from(0) {
+            let unit = emissions.layout.batch_count(emissions.layout.batch(path.emission)) as f64;
+            emissions.follow(source, path, unit, table, &mut weight, |segment| found.pass(segment));
+        }
+        found
     }
 
     /// Counts a packet in the windows that begin on `segment`.
@@ -62,24 +58,19 @@ impl UnderWay {
         let window = |length: f64| (length * self.windows_per_length).ceil().min(WINDOWS as f64) as usize;
         for window in window(segment.start_length)..window(segment.end_length) {
             self.energy[window].add(segment.energy);
-            self.packets[window] += 1;
+            self.packets[window] += 1.0;
         }
     }
 
     /// The thresholds by which as many packets as in `paced` are under way: a run in which none was split.
     pub(crate) fn thresholds(&self, paced: &Self) -> Usual {
-        let inverse = |(energy, &packets): (&Vec<Lanes>, &u64)| {
-            let packets = packets as f64 / paced.emitted as f64;
-            let mut inverse = energy.clone();
-            let mean = |sum: f64| sum / self.emitted as f64;
-            let bands = energy.values().filter(|&sum| mean(sum) > LEAST).count() as f64;
-            inverse.values_mut().for_each(|value| {
-                let mean = mean(*value);
-                *value = if mean > LEAST { packets / (MUCH * bands * mean) } else { 0.0 };
-            });
-            inverse
-        };
-        let inverse = self.energy.iter().zip(&paced.packets).map(inverse).collect();
+        let mut inverse = self.energy.clone();
+        for (sums, packets) in inverse.iter_mut().zip(&paced.packets) {
+            let least = LEAST * self.emitted;
+            let bands = sums.values().filter(|&sum| sum > least).count() as f64;
+            let mean = packets / paced.emitted * self.emitted / (MUCH * bands);
+            sums.values_mut().for_each(|sum| *sum = if *sum > least { mean / *sum } else { 0.0 });
+        }
         Usual { windows_per_length: self.windows_per_length, inverse }
     }
 }

@@ -1,7 +1,7 @@
 //! Estimate of one batch at some receivers: where all stochastic estimators bring energy.
 
 use glam::DVec3;
-use sonel_map::{BandValues, Lanes, Segment, lanes_of};
+use sonel_map::{BandValues, Event, Lanes, Segment, lanes_of};
 
 use crate::crossings::Crossings;
 use crate::deposit::{Deposits, TimeBins};
@@ -69,8 +69,9 @@ impl<'t> BatchEstimate<'t> {
         medium: &Medium<'_>,
         scratch: &mut [Lanes],
     ) {
+        let escapes = matches!(segment.event, Event::Escaped | Event::Lost | Event::Left);
         for (sum, mark) in self.under_way.iter_mut().zip(medium.bins.marks()) {
-            if segment.escapes() || mark < segment.start_length || mark >= segment.end_length {
+            if escapes || mark < segment.start_length || mark >= segment.end_length {
                 continue;
             }
             scratch.copy_from_slice(segment.energy);
