@@ -16,7 +16,7 @@ import numpy as np
 SPECULAR, DIFFUSE, TRANSMITTED, REFRACTED = range(4)
 DIFFRACTED, RETURNED = 6, 7
 EMERGED, SPLIT = 14, 15
-ABSORBED, ESCAPED, EXPIRED, EXTINGUISHED, LOST, LEFT = range(8, 14)
+ABSORBED, ESCAPED, EXPIRED, LOST, LEFT = 8, 9, 10, 12, 13
 
 SURFACE = np.dtype([("material", "<u4"), ("closed", "<u4"), ("normal", "<f8", 3), ("offset", "<f8"), ("area", "<f8")])
 CHUNK = np.dtype([("source", "<u4"), ("paths", "<u4"), ("first_emission", "<u8"), ("vertices", "<u8"),
@@ -25,7 +25,7 @@ VERTEX = np.dtype([("position", "<f4", 3), ("tag", "<u4")])
 
 # The header's records: fields in order. A one-element list means "list of", a pair "array of fixed length".
 SETTINGS = {"emissions": "<u8", "seed": "<u8", "batches": "<u4", "spectral": "<u4", "mode": "<u4", "shard_index": "<u4",
-            "shard_count": "<u4", "chunk_emissions": "<u8", "survival": "<f8", "extinction_threshold": "<f8"}
+            "shard_count": "<u4", "chunk_emissions": "<u8", "survival": "<f8"}
 EFFECT = {"name": "text", "on": ["<u1"], "reason": "text"}
 MATERIAL = {"name": "text", "absorption": ["<f8"], "scattering": ["<f8"], "transmission": ["<f8"], "source": "text"}
 SOURCE = {"name": "text", "position": ("<f8", 3), "power_level_db": ["<f8"], "directivity": "text", "aim": ("<f8", 3)}

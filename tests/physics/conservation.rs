@@ -165,8 +165,7 @@ fn incident_energy_is_the_geometric_series() {
 /// Mean free path of diffuse walls: 4V/S within 4σ, σ below half a percent; a plain average of the axes is rejected.
 #[test]
 fn the_mean_free_path_is_four_volumes_per_surface() {
-    let settings =
-        Settings { emissions: 2_000, survival: 0.0, extinction_threshold: 0.0, ..Settings::default() };
+    let settings = Settings { emissions: 2_000, survival: 0.0, ..Settings::default() };
     let traced = Traced::new(room(Material::uniform("walls", 0.0, 1.0, 8), 1.0), settings);
     let [x, y, z] = SIZE;
     let expected = 4.0 * x * y * z / (2.0 * (x * y + y * z + z * x));

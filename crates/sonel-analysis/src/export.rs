@@ -25,7 +25,6 @@ fn name(event: Event) -> &'static str {
         Event::Escaped => "escaped",
         Event::Left => "left",
         Event::Expired => "expired",
-        Event::Extinguished => "extinguished",
         Event::Lost => "lost",
         Event::Returned => "returned",
         Event::Emerged => "emerged",

@@ -1,17 +1,12 @@
 //! Recomputes the energy ledger and the incident energies from the paths of a map.
 //!
-//! The survey uses the paths alone, so agreement with the stored ledger shows that paths, coefficients and ledger are consistent. A
-//! path does not state in which event an extinguished packet lost its last energy. Truncated and sampled energy may
-//! therefore differ by the energy of such packets.
+//! The survey uses the paths alone, so agreement with the stored ledger shows that paths, coefficients and ledger are consistent.
 //!
 //! References: docs/physics.md §2 and §3.
 
 use rayon::prelude::*;
 use sonel_geometry::Geometry;
-use sonel_map::{
-    BandClasses, BandValues, ChunkLedger, Event, Lanes, Ledger, PathView, PathWeight, SonelMap, lanes_of,
-    sweep,
-};
+use sonel_map::{BandClasses, BandValues, ChunkLedger, Lanes, Ledger, PathView, PathWeight, SonelMap, sweep};
 
 use crate::reading::Reading;
 
@@ -19,9 +14,6 @@ use crate::reading::Reading;
 const GROUP_CHUNKS: usize = 16;
 /// Rounding between two orders of summation, relative to the emitted energy.
 const ROUNDING_SHARE: f64 = 1e-9;
-/// Largest energy of extinguished packets, relative to the emitted energy [1]: −60 dB, less than T30 needs. Chosen, not measured.
-const UNKNOWN_SHARE: f64 = 1e-6;
-
 /// Arrivals at a surface, or after a number of reflections.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Deposit {
@@ -74,8 +66,8 @@ pub fn differences(stored: &Ledger, found: &Ledger, center_frequencies_hz: &[f64
             ("absorbed", stored.absorbed, found.absorbed, ROUNDING_SHARE),
             ("transmitted", stored.transmitted, found.transmitted, ROUNDING_SHARE),
             ("escaped", stored.escaped, found.escaped, ROUNDING_SHARE),
-            ("truncated", stored.truncated, found.truncated, UNKNOWN_SHARE),
-            ("sampling", stored.sampling, found.sampling, UNKNOWN_SHARE),
+            ("truncated", stored.truncated, found.truncated, ROUNDING_SHARE),
+            ("sampling", stored.sampling, found.sampling, ROUNDING_SHARE),
         ];
         for (name, kept, walked, share) in terms {
             let agree = (kept - walked).abs() <= share * found.emitted;
@@ -119,28 +111,19 @@ impl Reading<'_> {
         let share = emissions.share(path.emission);
         emissions.emit(source, path.emission, share, weight);
         ledger.emitted(share, &emissions.start(path.emission).expected, weight.energy());
-        let mut faded = vec![Lanes::ZERO; lanes_of(table.bands())];
         sweep(emissions.origin(source), path.vertices, table, weight, |segment| {
             if segment.is_part {
                 return;
             }
             ledger.segment(segment.energy, segment.leaves_wall);
-            let Some(arrival) = segment.arrival else {
-                if segment.event.is_final() {
-                    ledger.ended(segment.event, segment.energy);
-                }
-                return;
-            };
-            let row = &*table.row(arrival.surface, segment.direction());
-            ledger.arrived(segment.energy, row);
-            found.surfaces[arrival.surface.0 as usize].add(segment.energy, &row.dissipated);
-            found.order(segment.history.order, *bands).add(segment.energy, &row.dissipated);
-            if arrival.event == Event::Extinguished {
-                // The event of its last arrival is not stored: on average this much went on.
-                faded.set_product(segment.energy, &row.passed_on, 1.0);
+            if let Some(arrival) = segment.arrival {
+                let row = &*table.row(arrival.surface, segment.direction());
+                ledger.arrived(segment.energy, row);
+                found.surfaces[arrival.surface.0 as usize].add(segment.energy, &row.dissipated);
+                found.order(segment.history.order, *bands).add(segment.energy, &row.dissipated);
             }
-            if arrival.event.is_final() {
-                ledger.ended(arrival.event, &faded);
+            if segment.event.is_final() {
+                ledger.ended(segment.event, segment.energy);
             }
         });
         ledger.close();
@@ -191,6 +174,7 @@ impl Survey {
 mod tests {
     use super::*;
     use sonel_map::BandLedger;
+    use sonel_map::Event;
 
     fn ledger() -> Ledger {
         let band = BandLedger { emitted: 1.0, absorbed: 0.9, truncated: 0.1, ..BandLedger::default() };
@@ -201,7 +185,7 @@ mod tests {
     fn equal_ledgers_do_not_differ() {
         let mut rounded = ledger();
         rounded.bands[1].absorbed += 1e-13;
-        rounded.bands[1].truncated += 1e-9;
+        rounded.bands[1].truncated += 1e-13;
         assert!(differences(&ledger(), &rounded, &[500.0, 1000.0]).is_empty());
     }
 

@@ -1,10 +1,7 @@
 //! Guards: changes of materials that the stored paths cannot represent by weights.
 //!
 //! Weights account for changed coefficients if every event that is possible now was possible when traced, the ledger
-//! closes, paths were not ended that carry energy now, and enough packets share the energy.
-//!
-//! **Extinguished paths.** Energy x(t) dt of paths that end below the extinction threshold is missing from then on. If it decays as the
-//! energy W(t) in flight does, the true energy is W(t) exp ∫ x/W dt, the product-limit estimate of censored data [KaplanMeier1958].
+//! closes, and enough packets share the energy.
 //!
 //! **Packets.** An arrival multiplies the second moment of a packet's energy by Σ f²/p over its events, with the factors f of the changed
 //! materials and the probabilities p of a lead; by Σ f²/p′ in a trace with the changed materials. The product of both ratios along the
@@ -14,7 +11,7 @@
 use rayon::prelude::*;
 use sonel_acoustics::Material;
 use sonel_geometry::Geometry;
-use sonel_map::{Along, BandLedger, BandValues, Event, Leads, MapHeader, PathWeight, SonelMap, Spectral};
+use sonel_map::{Along, BandLedger, BandValues, Leads, MapHeader, PathWeight, SonelMap, Spectral};
 
 use crate::reading::Reading;
 use crate::survey::survey;
@@ -26,8 +23,6 @@ const BALANCE_SIGMAS: f64 = 4.0;
 /// Largest share of the emitted energy under way at the end of the run [1]: −30 dB, near the end of T30; maps that were traced with more may
 /// have twice as much. Chosen, not measured.
 const TRUNCATED_SHARE: f64 = 1e-3;
-/// Part of the energy in flight that extinguished paths may have taken: 1 % changes T30 by at most 0.3 %.
-const EXTINGUISHED_SHARE: f64 = 0.01;
 /// Widths of intervals relative to those of a trace with the changed materials [1]: above the first a warning, above the second a refusal. At 3
 /// a trace has the interval for a ninth of the packets. Chosen, not measured.
 const WIDEST: [f64; 2] = [3.0, 20.0];
@@ -69,7 +64,7 @@ pub fn fitness(map: &SonelMap, geometry: &Geometry) -> Fitness {
     }
     let sums = sums(map, geometry);
     for (band, &center) in scene.bands.nominal().iter().enumerate() {
-        flaws.paths(center, &Found::of(&sums, band, scene.duration));
+        flaws.paths(center, widest(&sums, band, scene.duration));
     }
     flaws.fitness()
 }
@@ -77,7 +72,7 @@ pub fn fitness(map: &SonelMap, geometry: &Geometry) -> Fitness {
 /// Flaws of each kind by band: nominal centre [Hz], how bad, and a sentence without the band.
 #[derive(Default)]
 struct Flaws {
-    refused: [Vec<(f64, f64, String)>; 4],
+    refused: [Vec<(f64, f64, String)>; 3],
     warned: Vec<(f64, f64, String)>,
 }
 
@@ -101,22 +96,14 @@ impl Flaws {
     }
 
     /// Looks at the paths of a band.
-    fn paths(&mut self, center: f64, found: &Found) {
-        let Found { width: (width, [from, to]), extinguished } = *found;
-        if extinguished > EXTINGUISHED_SHARE {
-            let percent = 100.0 * extinguished / (1.0 + extinguished);
-            let sentence = format!(
-                "paths that ended below the extinction threshold of the map would carry {percent:.1} % of the energy"
-            );
-            self.refused[2].push((center, percent, sentence));
-        }
+    fn paths(&mut self, center: f64, (width, [from, to]): (f64, [f64; 2])) {
         let [warned, refused] = WIDEST;
         if width > warned {
             let sentence = format!(
                 "few packets carry the energy between {from:.2} and {to:.2} s: intervals are about {:.0} times as wide as those of a trace with the changed materials",
                 width.min(1000.0)
             );
-            let kind = if width > refused { &mut self.refused[3] } else { &mut self.warned };
+            let kind = if width > refused { &mut self.refused[2] } else { &mut self.warned };
             kind.push((center, width, sentence));
         }
     }
@@ -189,50 +176,30 @@ struct Sums {
     energy: f64,
     /// Σ e times the ratio of variances.
     excess: f64,
-    /// Mean energy in flight: Σ e times the length of the segment that arrives, relative to that of a window.
-    in_flight: f64,
-    /// Energy that extinguished paths would carry on.
-    extinguished: f64,
 }
 
 impl Sums {
     fn add(&mut self, other: &Self) {
-        let Self { energy, excess, in_flight, extinguished } = other;
-        self.energy += energy;
-        self.excess += excess;
-        self.in_flight += in_flight;
-        self.extinguished += extinguished;
+        self.energy += other.energy;
+        self.excess += other.excess;
     }
 }
 
-/// Objections to the changed materials in a band.
-#[derive(Debug)]
-struct Found {
-    /// Widest intervals, relative to those of a trace with these materials, and the window of time [s].
-    width: (f64, [f64; 2]),
-    /// Energy that extinguished paths took, relative to that in flight.
-    extinguished: f64,
-}
-
-impl Found {
-    fn of(sums: &[Vec<Sums>], band: usize, duration: f64) -> Self {
-        let total: f64 = sums.iter().map(|bands| bands[band].energy).sum();
-        let (mut left, mut exponent, mut width) = (total, 0.0, (0.0, [0.0; 2]));
-        for (window, sums) in sums.iter().map(|bands| bands[band]).enumerate() {
-            if left <= LITTLE * total {
-                break;
-            }
-            left -= sums.energy;
-            if sums.in_flight > 0.0 {
-                exponent += sums.extinguished / sums.in_flight;
-            }
-            let wide = (sums.excess / sums.energy).sqrt();
-            if wide > width.0 {
-                width = (wide, [window, window + 1].map(|border| duration * border as f64 / WINDOWS as f64));
-            }
+/// Widest intervals of `band` relative to those of a trace with these materials, and the window of time [s].
+fn widest(sums: &[Vec<Sums>], band: usize, duration: f64) -> (f64, [f64; 2]) {
+    let total: f64 = sums.iter().map(|bands| bands[band].energy).sum();
+    let (mut left, mut width) = (total, (0.0, [0.0; 2]));
+    for (window, sums) in sums.iter().map(|bands| bands[band]).enumerate() {
+        if left <= LITTLE * total {
+            break;
         }
-        Self { width, extinguished: libm::expm1(exponent) }
+        left -= sums.energy;
+        let wide = (sums.excess / sums.energy).sqrt();
+        if wide > width.0 {
+            width = (wide, [window, window + 1].map(|border| duration * border as f64 / WINDOWS as f64));
+        }
     }
+    width
 }
 
 /// Logarithms of the ratio of variances that an arrival brings, by material, class of leads and band.
@@ -314,17 +281,11 @@ fn sums_of_batch(
         reading.follow(source, path, 1.0, &mut weight, |segment| {
             exponents.enter(segment);
             let Some(arrival) = segment.arrival else { return };
-            let row = reading.table.row(arrival.surface, segment.direction());
-            let part = (segment.end_length - segment.start_length) / step;
             let window = ((segment.end_length / step) as usize).min(WINDOWS - 1);
             for (band, sums) in sums[window].iter_mut().enumerate() {
                 let energy = segment.energy.band(band);
                 sums.energy += energy;
                 sums.excess += energy * excess.ratio(&exponents.now, band);
-                sums.in_flight += energy * part;
-                if arrival.event == Event::Extinguished {
-                    sums.extinguished += energy * row.passed_on.band(band);
-                }
             }
             let material = geometry.surface(arrival.surface).material as usize;
             for (exponents, ratios) in exponents.now.iter_mut().zip(&excess.ratios[material]) {

@@ -42,7 +42,6 @@ pub(crate) struct SettingsRecord {
     pub shard_count: u32,
     pub chunk_emissions: u64,
     pub survival: f64,
-    pub extinction_threshold: f64,
 }
 
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]

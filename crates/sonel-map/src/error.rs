@@ -26,9 +26,6 @@ pub enum MapError {
         /// Major version read here.
         supported: u16,
     },
-    /// Written before a release that changed what maps hold.
-    #[error("the map is of an earlier version of sonel: {0}; trace it again")]
-    Outdated(&'static str),
     /// The writer never finished.
     #[error("the map was never completed: the run that wrote it was stopped; trace it again")]
     Incomplete,

@@ -98,11 +98,11 @@ pub(crate) struct SurfaceRow {
 #[repr(C)]
 pub(crate) struct ChunkFates {
     /// Packets per fate.
-    pub fates: [u64; 6],
+    pub fates: [u64; 5],
     /// Segments traced.
     pub segments: u64,
     /// Zero.
-    pub reserved: u64,
+    pub reserved: [u64; 2],
 }
 
 impl ChunkFates {

@@ -41,8 +41,6 @@ pub struct Settings {
     pub spectral: Spectral,
     /// The method.
     pub mode: Mode,
-    /// A packet ends when N times the largest of its bands' energies is below this.
-    pub extinction_threshold: f64,
 }
 
 impl Default for Settings {
@@ -56,7 +54,6 @@ impl Default for Settings {
             survival: 0.15,
             spectral: Spectral::Shared,
             mode: Mode::Accurate,
-            extinction_threshold: 1e-100,
         }
     }
 }

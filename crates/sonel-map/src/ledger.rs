@@ -23,16 +23,13 @@ pub enum Fate {
     Escaped,
     /// Reached the end of the run.
     Expired,
-    /// Too little energy left in every band.
-    Extinguished,
     /// Met no surface in a closed room without cracks: a defect.
     Lost,
 }
 
 impl Fate {
     /// All, in their order.
-    pub const ALL: [Self; 6] =
-        [Self::Absorbed, Self::Transmitted, Self::Escaped, Self::Expired, Self::Extinguished, Self::Lost];
+    pub const ALL: [Self; 5] = [Self::Absorbed, Self::Transmitted, Self::Escaped, Self::Expired, Self::Lost];
 
     /// Name in docs/interface.md.
     #[must_use]
@@ -42,7 +39,6 @@ impl Fate {
             Self::Transmitted => "transmitted",
             Self::Escaped => "escaped",
             Self::Expired => "expired",
-            Self::Extinguished => "extinguished",
             Self::Lost => "lost",
         }
     }
@@ -57,13 +53,13 @@ pub struct Fates {
 impl Fates {
     /// The counts in the order of [`Fate`].
     #[must_use]
-    pub fn from_counts(counts: [u64; 6]) -> Self {
+    pub fn from_counts(counts: [u64; 5]) -> Self {
         Self { counts }
     }
 
     /// The counts in the order of [`Fate`].
     #[must_use]
-    pub fn counts(&self) -> [u64; 6] {
+    pub fn counts(&self) -> [u64; 5] {
         self.counts
     }
 
@@ -85,7 +81,6 @@ impl Fates {
             Event::Absorbed => Fate::Absorbed,
             Event::Escaped => Fate::Escaped,
             Event::Expired => Fate::Expired,
-            Event::Extinguished => Fate::Extinguished,
             Event::Lost => Fate::Lost,
             Event::Left => Fate::Transmitted,
             _ => unreachable!("a path ends in a final event"),
@@ -111,7 +106,7 @@ pub struct BandLedger {
     pub transmitted: f64,
     /// Left an open scene, or a room through its cracks.
     pub escaped: f64,
-    /// Still under way when packets were ended by time, threshold or loss.
+    /// Still under way when packets were ended by time or loss.
     pub truncated: f64,
     /// Expected minus actual energy passed on by roulette and band weights, signed; zero on average.
     pub sampling: f64,
@@ -248,10 +243,6 @@ impl ChunkLedger {
 
     /// Records that a packet ended in `last`, with `remaining` energy on its way unless it was absorbed.
     pub fn ended(&mut self, last: Event, remaining: &[Lanes]) {
-        if last == Event::Extinguished {
-            self.packet_sampling.subtract(remaining);
-        }
-        debug_assert!(remaining.values().all(f64::is_finite));
         match last {
             Event::Escaped => self.terms[ESCAPED].add(remaining),
             Event::Left => self.terms[TRANSMITTED].add(remaining),
@@ -264,7 +255,6 @@ impl ChunkLedger {
     /// Closes the ledger of a packet, and of those it was split into.
     pub fn close(&mut self) {
         let packet = &self.packet_sampling;
-        debug_assert!(packet.values().all(f64::is_finite));
         self.terms[SAMPLING].add(packet);
         self.terms[SAMPLING_VARIANCE].add_product(packet, packet);
     }

@@ -70,7 +70,6 @@ fn facts(header: &MapHeader) -> Vec<Fact> {
         ("survival exponent", settings.survival.to_string()),
         ("spectral", settings.spectral.name().to_owned()),
         ("mode", settings.mode.name().to_owned()),
-        ("extinction threshold", settings.extinction_threshold.to_string()),
         ("order of the materials", names(scene.materials.iter().map(|material| &material.name))),
         ("order of the sources", names(scene.sources.iter().map(|source| &source.name))),
         ("order of the receivers", names(scene.receivers.iter().map(|receiver| &receiver.name))),
@@ -240,7 +239,7 @@ mod tests {
     #[test]
     fn every_change_is_named_with_both_values() {
         type Change = fn(&mut MapHeader);
-        let changes: [(Change, &str, &str, &str); 19] = [
+        let changes: [(Change, &str, &str, &str); 18] = [
             (|header| header.tool_version.push('4'), "version of sonel", "1.2.3", "1.2.34"),
             (|header| header.settings.emissions = 7, "number of emissions", "16000", "7"),
             (|header| header.settings.seed = 2, "seed", "1", "2"),
@@ -248,7 +247,6 @@ mod tests {
             (|header| header.settings.survival = 0.25, "survival exponent", "0.15", "0.25"),
             (|header| header.settings.spectral = Spectral::PerBand, "spectral", "shared", "per-band"),
             (|header| header.settings.mode = Mode::Paper, "mode", "accurate", "paper"),
-            (|header| header.settings.extinction_threshold = 0.5, "extinction threshold", "0.0", "0.5"),
             (|header| header.scene.duration = 0.75, "duration [s]", "0.5", "0.75"),
             (|header| header.scene.name = "hut".to_owned(), "name of the scene", "", "hut"),
             (|header| header.scene.digest = [0xab; 32], "scene file", "0000", "abab"),

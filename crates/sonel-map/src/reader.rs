@@ -32,9 +32,6 @@ use crate::tiling;
 use crate::variants;
 use crate::vertex::{Event, Vertex};
 
-/// First word of the sections of maps whose packets edges deflected: no version reads or writes them any more.
-const DEFLECTING_EDGES: &str = "edges";
-
 /// An open map. Clones share its bytes.
 #[derive(Debug, Clone)]
 pub struct SonelMap {
@@ -97,11 +94,6 @@ impl SonelMap {
         let chunks = sections.rows::<ChunkEntry>("chunks")?.to_vec();
         check_tiling(&chunks, &sections, bytes.as_slice())?;
         let surfaces = sections.rows::<SurfaceRow>("surfaces")?.to_vec();
-        if sections.header.sections.iter().any(|section| section.name.starts_with(DEFLECTING_EDGES)) {
-            return Err(MapError::Outdated(
-                "edges deflected its packets (`effects` +bending), which is no longer done",
-            ));
-        }
         let bands = sections.header.scene.nominal_frequencies.len();
         let ledgers = read_ledgers(&chunks, &sections, bands)?;
         let center = DVec3::from_array(sections.header.center);

@@ -58,7 +58,6 @@ pub(crate) fn header_record(header: &MapHeader, center: DVec3, sections: Vec<Sec
             shard_count: header.shard.count,
             chunk_emissions: CHUNK_EMISSIONS,
             survival: settings.survival,
-            extinction_threshold: settings.extinction_threshold,
         },
         effects: header.effects.iter().map(effect_record).collect(),
         scene: scene_record(&header.scene),
@@ -217,8 +216,8 @@ fn settings(record: &SettingsRecord) -> Result<Settings, String> {
     if record.spectral > 1 || record.mode > 1 {
         return Err("the settings hold a code that this version does not know".to_owned());
     }
-    if !(0.0..=1.0).contains(&record.survival) || !record.extinction_threshold.is_finite() {
-        return Err("survival exponent or extinction threshold out of range".to_owned());
+    if !(0.0..=1.0).contains(&record.survival) {
+        return Err("survival exponent out of range".to_owned());
     }
     Ok(Settings {
         emissions: record.emissions,
@@ -227,7 +226,6 @@ fn settings(record: &SettingsRecord) -> Result<Settings, String> {
         survival: record.survival,
         spectral: if record.spectral == 1 { Spectral::PerBand } else { Spectral::Shared },
         mode: if record.mode == 1 { Mode::Paper } else { Mode::Accurate },
-        extinction_threshold: record.extinction_threshold,
     })
 }
 

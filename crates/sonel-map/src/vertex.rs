@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use sonel_geometry::{Side, SurfaceId};
 
-/// Event of a packet at an arrival. The codes are part of the file format; 4 and 5 belong to maps that are refused ([`crate::MapError::Outdated`]).
+/// Event of a packet at an arrival. The codes are part of the file format; 4, 5 and 11 belonged to earlier ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Event {
@@ -29,8 +29,6 @@ pub enum Event {
     Escaped = 9,
     /// Arrived here after the end of the run.
     Expired = 10,
-    /// Ended here because too little energy was left in every band.
-    Extinguished = 11,
     /// Met no surface in a closed room without cracks: a defect, counted.
     Lost = 12,
     /// Met no surface behind a partition, where the position is that at the end of the run, or entered one that has no other face there.
@@ -43,7 +41,7 @@ pub enum Event {
 
 impl Event {
     /// All events with their codes.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 13] = [
         Self::Specular,
         Self::Diffuse,
         Self::Transmitted,
@@ -53,7 +51,6 @@ impl Event {
         Self::Absorbed,
         Self::Escaped,
         Self::Expired,
-        Self::Extinguished,
         Self::Lost,
         Self::Left,
         Self::Emerged,
@@ -74,8 +71,8 @@ impl Event {
     /// Whether the packet arrived at a surface within the run, so that a sonel was left there.
     #[must_use]
     pub fn leaves_sonel(self) -> bool {
-        use Event::{Absorbed, Diffuse, Extinguished, Specular, Transmitted};
-        matches!(self, Specular | Diffuse | Transmitted | Absorbed | Extinguished)
+        use Event::{Absorbed, Diffuse, Specular, Transmitted};
+        matches!(self, Specular | Diffuse | Transmitted | Absorbed)
     }
 
     /// Whether the packet met an interface between airs.
@@ -128,16 +125,9 @@ impl Vertex {
         Self::new(position, SurfaceId(edge), Side::Front, Event::Diffracted)
     }
 
-    /// Where a packet on its way from `position` becomes two.
-    #[must_use]
-    pub fn split(position: Vec3) -> Self {
-        Self::new(position, SurfaceId(SURFACE_LIMIT - 1), Side::Front, Event::Split)
-    }
-
-    /// The end of a packet that met no surface.
+    /// The end of a packet that met no surface, or where one is split.
     #[must_use]
     pub fn nowhere(position: Vec3, event: Event) -> Self {
-        debug_assert!(matches!(event, Event::Escaped | Event::Lost | Event::Left));
         Self::new(position, SurfaceId(SURFACE_LIMIT - 1), Side::Front, event)
     }
 
@@ -181,7 +171,7 @@ mod tests {
 
     #[test]
     fn unknown_event_codes_are_not_guessed() {
-        for code in [4_u32, 5] {
+        for code in [4_u32, 5, 11] {
             let vertex: Vertex = bytemuck::cast([0, 0, 0, code]);
             assert_eq!(vertex.event(), None);
         }

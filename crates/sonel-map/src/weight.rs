@@ -22,9 +22,10 @@ pub struct PathWeight {
     feeding: Vec<Lanes>,
     energy: Vec<Lanes>,
     drawing: Vec<Drawing>,
-    source_factor: f64,
-    /// Directivity factor times the unit of energy.
-    numerator: f64,
+    /// Directivity factor times the unit of energy times `part`.
+    numerator: Vec<Lanes>,
+    /// Part of the energy emitted that the packet has by splitting, without the directivity factor: other sources have the same paths.
+    part: f64,
     /// Leads whose packets are mixed with this one.
     leads: f64,
 }
@@ -48,9 +49,9 @@ impl PathWeight {
         Self {
             feeding: energy.clone(),
             drawing: vec![Drawing::default(); lanes_of(table.leads())],
+            numerator: energy.clone(),
             energy,
-            source_factor: 0.0,
-            numerator: 0.0,
+            part: 1.0,
             leads: 0.0,
         }
     }
@@ -58,8 +59,8 @@ impl PathWeight {
     /// Starts a path whose first direction has the directivity factor `source_factor`. Energies are in units of `unit`: 1
     /// for the estimate of the packet's batch, N_g / N for its part of the whole run.
     pub fn emit(&mut self, source_factor: f64, unit: f64, start: &PacketStart) {
-        self.source_factor = source_factor;
-        self.numerator = source_factor * unit;
+        self.part = 1.0;
+        self.numerator.fill(Lanes::splat(source_factor * unit));
         self.leads = start.sizes.values().sum();
         self.feeding.copy_from_slice(&start.carried);
         let mut weighted = Lanes::ZERO;
@@ -84,8 +85,8 @@ impl PathWeight {
             }
         };
         self.emit(1.0, unit, start);
-        radiation.weigh(&mut self.feeding);
-        self.energy.multiply(&self.feeding);
+        radiation.weigh(&mut self.numerator);
+        radiation.weigh(&mut self.energy);
     }
 
     /// Energy in every band, per unit emitted energy times the unit given to [`Self::emit`] [1].
@@ -95,32 +96,20 @@ impl PathWeight {
         &self.energy
     }
 
-    /// Whether N times the largest of the bands' energies is at most `threshold` (below 0: never), if every lead had equally many
-    /// packets: a function of the path alone, so that a run can be extended.
-    #[inline]
-    #[must_use]
-    pub fn is_extinct(&self, threshold: f64) -> bool {
-        self.source_factor * self.leads * self.feeding.largest() <= threshold * self.drawn()
-    }
-
-    /// Σ over leads of ∏ p_k.
-    fn drawn(&self) -> f64 {
-        self.drawing.iter().fold(Lanes::ZERO, |sum, lead| sum + lead.product * lead.sizes).sum()
-    }
-
-    /// N times the energy in every band times its factor in `factors`, added up, if every lead had equally many packets: a function of
-    /// the path alone, as [`Self::is_extinct`].
+    /// N times the energy in every band times its factor in `factors`, added up, if every lead had equally many packets and the source no
+    /// directivity: a function of the path alone, so that a run can be extended.
     #[must_use]
     pub fn compared(&self, factors: &[Lanes]) -> f64 {
         let fed =
             self.feeding.iter().zip(factors).fold(Lanes::ZERO, |sum, (&fed, &factor)| sum + fed * factor);
-        self.source_factor * self.leads * fed.sum() / self.drawn()
+        let drawn = self.drawing.iter().fold(Lanes::ZERO, |sum, lead| sum + lead.product * lead.sizes);
+        self.part * self.leads * fed.sum() / drawn.sum()
     }
 
     /// Becomes the weight of each of two packets that the packet is split into.
     pub fn halve(&mut self) {
-        self.source_factor *= 0.5;
-        self.numerator *= 0.5;
+        self.part *= 0.5;
+        self.numerator.scale(0.5);
         self.energy.scale(0.5);
     }
 
@@ -144,9 +133,8 @@ impl PathWeight {
     /// e_j from the products and Σ n_k ∏ p_k.
     #[inline]
     fn balance(&mut self, weighted: f64) {
-        let factor = if weighted > 0.0 { self.numerator / weighted } else { 0.0 };
-        debug_assert!(factor.is_finite(), "{} / {weighted:e}", self.numerator);
-        self.energy.set_times(&self.feeding, factor);
+        let factor = if weighted > 0.0 { weighted.recip() } else { 0.0 };
+        self.energy.set_product(&self.feeding, &self.numerator, factor);
     }
 
     #[cold]

@@ -105,7 +105,11 @@ impl<W: Write + Seek> MapWriter<W> {
 
     fn enter(&mut self, chunk: ChunkEntry, ledger: &Ledger) {
         self.entries.push(chunk);
-        self.fates.push(ChunkFates { fates: ledger.fates.counts(), segments: ledger.segments, reserved: 0 });
+        self.fates.push(ChunkFates {
+            fates: ledger.fates.counts(),
+            segments: ledger.segments,
+            reserved: [0; 2],
+        });
         self.ledgers.extend(&ledger.bands);
     }
 

@@ -2,9 +2,7 @@
 
 use sonel_geometry::{Geometry, Hit};
 use sonel_map::coefficients::MaterialRow;
-use sonel_map::{
-    CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, Event, PacketStart, PathWeight, Vertex, sweep,
-};
+use sonel_map::{ChunkLedger, ChunkPaths, CoefficientTable, Event, PacketStart, PathWeight, Vertex, sweep};
 use sonel_sampling::{Frame, Stream};
 use sonel_scene::{Flight, Interface, Refraction, Source, refract};
 
@@ -22,8 +20,6 @@ pub struct Surroundings<'a> {
     pub surfaces: Vec<Frame>,
     /// Path length at which a packet expires [m].
     pub reach: f64,
-    /// See [`sonel_map::Settings::extinction_threshold`].
-    pub extinction_threshold: f64,
     /// Whether a packet that meets no surface is lost rather than gone.
     pub closed: bool,
     /// Zones in which the paper's packets are diffracted; none where they are not.
@@ -80,9 +76,6 @@ pub struct Emission<'a> {
     pub usual: Option<&'a Usual>,
 }
 
-/// Arrivals of a packet that a chunk has room for from the start: those of a reverberant room. Speed alone depends on it.
-const EXPECTED_ARRIVALS: usize = 48;
-
 /// Times that a packet and those that it becomes are split: where hardly one packet in a thousand finds the way into a room of long decay, the few
 /// that [`Usual`] was found from did not, and those that do would become thousands.
 const MOST_SPLITS: u32 = 64;
@@ -101,10 +94,7 @@ impl Records {
     #[must_use]
     pub fn new(table: &CoefficientTable) -> Self {
         Self {
-            paths: ChunkPaths {
-                ends: Vec::with_capacity(CHUNK_EMISSIONS as usize),
-                vertices: Vec::with_capacity(CHUNK_EMISSIONS as usize * EXPECTED_ARRIVALS),
-            },
+            paths: ChunkPaths::default(),
             ledger: ChunkLedger::new(table.bands()),
             weight: PathWeight::of(table),
         }
@@ -122,9 +112,10 @@ impl Surroundings<'_> {
         loop {
             let Some(last) = self.step(&mut packet, stream, records) else {
                 let is_much = |usual: &Usual| usual.is_exceeded(&records.weight, packet.flight.length);
-                if splits < MOST_SPLITS && usual.is_some_and(is_much) {
+                if packet.leaves_wall && splits < MOST_SPLITS && usual.is_some_and(is_much) {
                     splits += 1;
-                    records.paths.vertices.push(Vertex::split(packet.flight.position.as_vec3()));
+                    let place = packet.flight.position.as_vec3();
+                    records.paths.vertices.push(Vertex::nowhere(place, Event::Split));
                     records.weight.halve();
                     second.push((packet, records.weight.clone()));
                 }
@@ -192,9 +183,6 @@ impl Surroundings<'_> {
             Event::Transmitted => flight.direction,
             _ => return Event::Absorbed,
         };
-        if weight.is_extinct(self.extinction_threshold) {
-            return Event::Extinguished;
-        }
         packet.leaves_wall = true;
         packet.passed = match (event, packet.passed) {
             (Event::Transmitted, _) => Passed::Last,
@@ -250,7 +238,7 @@ impl Surroundings<'_> {
         vertex(hit, event)
     }
 
-    /// Takes over a `path` that was traced before and [`is_complete`], as [`Self::trace_packet`] would trace it: nothing is cast.
+    /// Takes over a `path` that was traced before, as [`Self::trace_packet`] would trace it: nothing is cast.
     ///
     /// Energies depend on how many packets a run has, so the ledger of a shorter run is of no use for a longer one.
     pub fn take_over(&self, emission: &Emission<'_>, path: &[Vertex], records: &mut Records) {
@@ -302,11 +290,6 @@ impl Surroundings<'_> {
         };
         Vertex::nowhere(self.table.propagation().end(&packet.flight, self.reach), event)
     }
-}
-
-/// Whether a path states every event: where a packet was extinguished, what it did before is not stored.
-pub fn is_complete(path: &[Vertex]) -> bool {
-    path.iter().all(|vertex| vertex.event().is_some_and(|event| event != Event::Extinguished))
 }
 
 /// Sends a packet on its way.

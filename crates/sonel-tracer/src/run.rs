@@ -13,7 +13,7 @@ use sonel_sampling::{Frame, Purpose, StreamFamily};
 use sonel_scene::{Flight, Propagation, Scene, Source};
 use thiserror::Error;
 
-use crate::packet::{Emission, Records, Surroundings, is_complete};
+use crate::packet::{Emission, Records, Surroundings};
 use crate::usual::{UnderWay, Usual};
 use crate::zone::DiffractionZones;
 
@@ -106,12 +106,6 @@ impl<'a> Tracer<'a> {
                 .with_propagation(Propagation::of(scene, geometry.center())),
             surfaces,
             reach: scene.duration * scene.speed_of_sound,
-            // What is nothing to the materials of the scene may be all to a variant.
-            extinction_threshold: if scene.variants.is_empty() {
-                settings.extinction_threshold
-            } else {
-                -1.0
-            },
             closed: geometry.is_watertight(),
             zones: None,
         };
@@ -271,7 +265,7 @@ impl<'a> Tracer<'a> {
                 share: emissions.share(index),
                 usual: usual.get(source as usize),
             };
-            match known.and_then(|map| map.path(source, index)).filter(|path| is_complete(path.vertices)) {
+            match known.and_then(|map| map.path(source, index)) {
                 None => self.surroundings.trace_packet(&emission, &mut streams.stream(index), &mut records),
                 Some(path) => self.surroundings.take_over(&emission, path.vertices, &mut records),
             }

@@ -5,7 +5,7 @@
 //! depends on the threshold, so that a short run with other random numbers is enough to find it.
 
 use sonel_acoustics::{BandValues, Lanes, lanes_of};
-use sonel_map::{ChunkPaths, CoefficientTable, Emissions, PathWeight, Segment};
+use sonel_map::{ChunkPaths, CoefficientTable, Emissions, PathWeight, Segment, sweep};
 
 /// Energy of a packet that is split, in means of those under way at its time. Half of it lets twice as many go on.
 const MUCH: f64 = 2.0;
@@ -48,7 +48,8 @@ impl UnderWay {
         let mut weight = PathWeight::of(table);
         for path in paths.from(0) {
             let unit = emissions.layout.batch_count(emissions.layout.batch(path.emission)) as f64;
-            emissions.follow(source, path, unit, table, &mut weight, |segment| found.pass(segment));
+            weight.emit(1.0, unit, emissions.start(path.emission));
+            sweep(emissions.origin(source), path.vertices, table, &mut weight, |segment| found.pass(segment));
         }
         found
     }

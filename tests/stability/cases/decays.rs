@@ -116,12 +116,7 @@ fn decay_in_sphere(absorption: f64, until: f64, settings: Settings) -> f64 {
 /// 200 dB below the first window the decay of a sphere is still its exact one: weights reach 1e-20 without roulette.
 #[test]
 fn two_hundred_decibels_of_decay() {
-    let settings = Settings {
-        emissions: form(1_000, 20_000),
-        survival: 0.0,
-        extinction_threshold: 0.0,
-        ..Settings::default()
-    };
+    let settings = Settings { emissions: form(1_000, 20_000), survival: 0.0, ..Settings::default() };
     let sphere = DiffuseSphere { radius: 5.0, absorption: 0.5, speed_of_sound: SPEED };
     let until = 1.75;
     let expected = 60.0 * (until - 0.4) / sphere.reverberation_time();
@@ -134,12 +129,11 @@ fn two_hundred_decibels_of_decay() {
     assert!((other - expected).abs() > 2.0, "α 0.52 instead of 0.5 is noticed: {other}");
 }
 
-/// α = 0.999 without roulette: weights are (1 − α)^n down to 1e-270, subnormal beyond, and then the packet ends.
+/// α = 0.999 without roulette: weights are (1 − α)^n down to 1e-270, subnormal beyond, and then nothing.
 #[test]
 fn weights_may_vanish() {
     let scene = even_box([6.0, 5.0, 4.0], 0.999, 0.5, 3.0).with_receiver("receiver", [4.2, 3.7, 2.1]);
-    let settings =
-        Settings { emissions: 64, survival: 0.0, extinction_threshold: 0.0, ..Settings::default() };
+    let settings = Settings { emissions: 64, survival: 0.0, ..Settings::default() };
     let traced = Traced::new(scene, settings);
     let (mut least, mut worst) = (f64::INFINITY, 0.0_f64);
     traced.for_each_segment(|_, share, segment| {
@@ -153,7 +147,7 @@ fn weights_may_vanish() {
     });
     println!("weights down to {least:.1e}, to {worst:.1e} of themselves while above 1e-270");
     assert!(worst < 1e-12 && least < 1e-280, "{worst:e}, {least:e}");
-    assert_eq!(traced.ledger.fates.count(Fate::Extinguished), 64);
+    assert_eq!(traced.ledger.fates.count(Fate::Expired), 64);
     assert!(traced.ledger.worst_residual() < 1e-9);
     let rendering = traced.render(RenderSettings::default());
     assert!((0..3000).all(|bin| rendering.total.get(0, bin, 0).is_finite()));

@@ -71,7 +71,7 @@ impl Rows {
         self.writer.write_field(if arrival.side == Side::Front { "front" } else { "back" })?;
         self.writer.write_field(super::name(arrival.event))?;
         for band in 0..frequencies.len() {
-            // Energies go down to the extinction threshold: an exponent instead of a dozen zeros.
+            // Energies span hundreds of decibels: an exponent instead of a dozen zeros.
             self.number(format_args!("{:e}", sonel.energy(band)))?;
         }
         self.writer.write_record(None::<&[u8]>)?;

@@ -49,19 +49,6 @@ fn file_of(bytes: &[u8]) -> File {
     file
 }
 
-/// A section of maps whose packets edges deflected, in the place of one that is as long.
-#[test]
-fn maps_with_deflected_packets_are_refused_and_not_taken_for_damaged() {
-    let bytes = hand_made::bytes();
-    let stated_at = forged::section(&bytes, "chunk.fates").stated_at;
-    let renamed =
-        |name: &[u8; 11]| read(&forged::in_header(&bytes, stated_at - name.len(), name)).unwrap_err();
-    let (deflected, damaged) = (renamed(b"edges.faces"), renamed(b"chunk.edges"));
-    assert!(matches!(deflected, MapError::Outdated(_)), "{deflected}");
-    assert!(deflected.to_string().contains("+bending") && deflected.to_string().contains("trace it again"));
-    assert!(matches!(damaged, MapError::Damaged { .. }), "{damaged}");
-}
-
 #[test]
 fn the_sound_map_is_read() {
     let bytes = hand_made::bytes();
@@ -238,7 +225,7 @@ fn settings_that_cannot_be_are_refused() {
     let sound = hand_made::bytes();
     let settings = settings_at(&sound);
     let (max, nan) = (u64::MAX.to_le_bytes(), f64::NAN.to_le_bytes());
-    let cases: [(&str, usize, &[u8]); 10] = [
+    let cases: [(&str, usize, &[u8]); 9] = [
         ("emissions", 0, &max),
         ("no batches", 16, &[0; 4]),
         ("batches", 16, &max[..4]),
@@ -248,7 +235,6 @@ fn settings_that_cannot_be_are_refused() {
         ("shard 1 of 0", 32, &[0; 4]),
         ("chunk_emissions", 36, &max),
         ("survival", 44, &nan),
-        ("extinction_threshold", 52, &nan),
     ];
     for (name, at, value) in cases {
         let forged = forged::in_header(&sound, settings + at, value);

@@ -51,7 +51,7 @@ fn bytes(first: Event, at_interface: bool) -> Vec<u8> {
     let path = [vertex(at_interface, first), vertex(true, Event::Refracted), vertex(false, Event::Absorbed)];
     let paths = ChunkPaths { ends: vec![3, 6], vertices: [path, path].concat() };
     let mut ledger = Ledger::new(3);
-    (ledger.fates, ledger.segments) = (Fates::from_counts([2, 0, 0, 0, 0, 0]), 6);
+    (ledger.fates, ledger.segments) = (Fates::from_counts([2, 0, 0, 0, 0]), 6);
     let mut writer = MapWriter::begin(Cursor::new(Vec::new())).unwrap();
     for source in 0..2 {
         writer.push_chunk(source, 0, &paths, &ledger).unwrap();

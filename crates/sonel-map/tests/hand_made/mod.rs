@@ -50,13 +50,7 @@ pub(crate) fn scene() -> Scene {
 pub(crate) fn header(emissions: u64) -> MapHeader {
     MapHeader {
         tool_version: "by hand".to_owned(),
-        settings: Settings {
-            emissions,
-            seed: 11,
-            batches: 2,
-            extinction_threshold: 1e-9,
-            ..Settings::default()
-        },
+        settings: Settings { emissions, seed: 11, batches: 2, ..Settings::default() },
         shard: ShardRange::WHOLE,
         effects: vec![EffectState {
             effect: Effect::Air,
@@ -70,8 +64,7 @@ pub(crate) fn header(emissions: u64) -> MapHeader {
 /// Paths of 1 to [`EMISSIONS`] vertices between points on the walls.
 pub(crate) fn paths(geometry: &Geometry, source: u32) -> ChunkPaths {
     const BEFORE: [Event; 3] = [Event::Specular, Event::Diffuse, Event::Transmitted];
-    const LAST: [Event; 5] =
-        [Event::Absorbed, Event::Expired, Event::Extinguished, Event::Escaped, Event::Lost];
+    const LAST: [Event; 5] = [Event::Absorbed, Event::Expired, Event::Left, Event::Escaped, Event::Lost];
     let mut paths = ChunkPaths::default();
     for emission in 0..EMISSIONS as usize {
         for step in 0..emission {
@@ -82,7 +75,7 @@ pub(crate) fn paths(geometry: &Geometry, source: u32) -> ChunkPaths {
         }
         let end = Vec3::new(0.5, -0.25, emission as f32 * 0.125);
         paths.vertices.push(match LAST[emission % LAST.len()] {
-            event @ (Event::Escaped | Event::Lost) => Vertex::nowhere(end, event),
+            event @ (Event::Escaped | Event::Left | Event::Lost) => Vertex::nowhere(end, event),
             event => Vertex::new(end, geometry.triangle_surface(0), Side::Front, event),
         });
         paths.ends.push(paths.vertices.len() as u32);
@@ -97,7 +90,7 @@ pub(crate) fn ledger(source: u32) -> Ledger {
         let terms = std::array::from_fn(|term| f64::from(source) + index as f64 * 0.5 + term as f64 * 0.125);
         *band = sonel_map::BandLedger::from_terms(terms);
     }
-    ledger.fates = Fates::from_counts([2, 0, 1, 2, 1, 1]);
+    ledger.fates = Fates::from_counts([2, 1, 1, 2, 1]);
     ledger.segments = 28;
     ledger
 }

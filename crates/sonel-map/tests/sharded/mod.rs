@@ -32,7 +32,7 @@ fn ledger(paths: &ChunkPaths, first: u64) -> Ledger {
             (term + index + 1) as f64 / (number * number * number)
         }));
     }
-    ledger.fates = Fates::from_counts([paths.ends.len() as u64, 0, 0, 0, 0, 0]);
+    ledger.fates = Fates::from_counts([paths.ends.len() as u64, 0, 0, 0, 0]);
     ledger.segments = paths.vertices.len() as u64;
     ledger
 }

@@ -457,7 +457,7 @@ mod tests {
     fn rays_follow_sonels_whatever_makes_the_noise() {
         let effort = |packets, rays| pilot(packets, rays).need(&Targets::just_noticeable(0.1), 32).effort;
         let of_packets = effort(0.01, 0.0);
-        assert_eq!(u64::from(of_packets.rays), of_packets.emissions.div_ceil(8));
+        assert_eq!(u64::from(of_packets.rays), of_packets.emissions.div_ceil(4));
         assert_eq!(effort(0.001, 0.009), of_packets);
         assert_ne!(effort(0.001, 0.005), of_packets);
     }

@@ -65,7 +65,6 @@ impl TraceOptions<'_> {
             survival: self.survival.unwrap_or(if paper { 1.0 } else { defaults.survival }),
             spectral: if paper { Spectral::PerBand } else { self.spectral.unwrap_or(Spectral::Shared) },
             mode: self.mode.unwrap_or(defaults.mode),
-            extinction_threshold: defaults.extinction_threshold,
         })
     }
 

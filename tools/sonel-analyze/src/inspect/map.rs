@@ -71,7 +71,6 @@ fn settings(header: &MapHeader) -> Value {
         "survival": settings.survival,
         "spectral": settings.spectral.name(),
         "mode": settings.mode.name(),
-        "extinction_threshold": settings.extinction_threshold,
         "shard": [header.shard.index, header.shard.count],
     })
 }
