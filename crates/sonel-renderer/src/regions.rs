@@ -140,11 +140,10 @@ impl<'a> Fading<'a> {
     /// Hands over the next segment with its energies where it begins and, apart, where it ends.
     pub(crate) fn visit(&mut self, segment: &Segment<'_>, visit: &mut impl FnMut(&Segment<'_>, &[Lanes])) {
         self.kept.enter(segment);
-        let kept = &mut self.kept.now;
         let length = (segment.end_length - segment.start_length).min(self.reach);
-        self.leaving.set_product(segment.energy, kept, 1.0);
-        self.airs.fade(segment.air, length, kept);
-        self.arriving.set_product(segment.energy, kept, 1.0);
+        self.leaving.set_product(segment.energy, &self.kept.now, 1.0);
+        self.airs.fade(segment.air, length, &mut self.kept.now);
+        self.arriving.set_product(segment.energy, &self.kept.now, 1.0);
         visit(&Segment { energy: &self.leaving, ..*segment }, &self.arriving);
     }
 }
