@@ -37,7 +37,7 @@ def room():
 
 @pytest.fixture(scope="module")
 def measured():
-    return values(traced(TRUTH, 2))
+    return values(traced(TRUTH, 3))
 
 
 def missed(fit):
