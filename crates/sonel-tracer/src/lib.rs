@@ -17,4 +17,4 @@ pub mod run;
 mod usual;
 mod zone;
 
-pub use run::{CHUNKS_IN_FLIGHT, TraceError, TracedChunk, Tracer};
+pub use run::{CHUNKS_IN_FLIGHT, PILOTS, TraceError, TracedChunk, Tracer};

@@ -83,8 +83,8 @@ struct Run<'a> {
     usual: Vec<Usual>,
 }
 
-/// Packets of the runs that find which energy is usual, at most a chunk: the first without splitting, the second split by the first.
-const PILOTS: [u64; 2] = [CHUNK_EMISSIONS / 4, CHUNK_EMISSIONS];
+/// Packets of the runs before a run that find which energy is usual, at most a chunk: the first without splitting, the second split by the first.
+pub const PILOTS: [u64; 2] = [CHUNK_EMISSIONS / 4, CHUNK_EMISSIONS];
 
 impl<'a> Tracer<'a> {
     /// Prepares `scene`, whose walls are `geometry`.

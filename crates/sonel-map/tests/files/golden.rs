@@ -7,7 +7,7 @@ use sonel_map::SonelMap;
 use crate::hand_made;
 
 /// The identity of the golden map.
-const DIGEST: &str = "2a888bb869e9ab523d7b1b1599e275ab12559a2c2fb5000857fde04db2b7ef1b";
+const DIGEST: &str = "7bd626a9d29fa2627da4bbe3b1bb72c9436960ef68df7cb17753b8243b7771bc";
 
 fn golden() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden/box-1.0.sonelmap")

@@ -426,7 +426,7 @@ mod tests {
         let spreads = vec![Spread { place, value: Some(2.0), variance: Ok(variance), tail: 0.0 }];
         let costs = Costs { segments: 40.0, ..Costs::default() };
         Pilot {
-            effort: Effort { emissions: 10_000, rays: 1250, batches: 96 },
+            effort: Effort { emissions: 10_000, rays: 2500, batches: 96 },
             casts_rays: rays > 0.0,
             columns: sonel_renderer::Columns::PLAIN,
             spreads,

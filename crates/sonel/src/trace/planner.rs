@@ -7,6 +7,7 @@ use crate::study::pipeline::Room;
 use crate::study::plan;
 use sonel_map::Settings;
 use sonel_renderer::ReceiverPoint;
+use sonel_tracer::PILOTS;
 
 use crate::feasible::Demand;
 use crate::observer::Watch;
@@ -57,7 +58,7 @@ impl<'a> Planner<'a> {
         let sources = self.room.scene().sources.len() as f64;
         let begin = watch.clock().process();
         let segments = pilot::segments(&self.room, self.settings)?;
-        let each = (watch.clock().process() - begin) / pilot::FEW as f64;
+        let each = (watch.clock().process() - begin) / (pilot::FEW + PILOTS.iter().sum::<u64>()) as f64;
         let map_bytes = VERTEX_BYTES * segments * sources * emissions;
         let memory_bytes = VERTEX_BYTES * segments * plan::EMISSIONS_UNDER_WAY.min(emissions);
         let demand = Demand { cpu_seconds: each * emissions, map_bytes, memory_bytes };
