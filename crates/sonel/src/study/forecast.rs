@@ -493,7 +493,7 @@ mod tests {
         assert_eq!([1, 99, 100, 101, 12_345].map(two_digits_up), [1, 99, 100, 110, 13_000]);
     }
 
-    const MAP: Effort = Effort { emissions: 10_000, rays: 1250, batches: 32 };
+    const MAP: Effort = Effort { emissions: 10_000, rays: 2500, batches: 32 };
 
     fn render_need(pilot: &Pilot, limit: f64) -> Need {
         pilot.render_need(&Targets::just_noticeable(limit), MAP)
@@ -505,7 +505,7 @@ mod tests {
         let limit = 0.1_f64;
         let square = (limit / student_factor(32)).powi(2);
         let found = render_need(&pilot(0.5 * square, square), limit);
-        assert_eq!((found.effort.rays, found.lacking), (2500, None));
+        assert_eq!((found.effort.rays, found.lacking), (5000, None));
         assert_eq!(found.limited_by.unwrap().parameter, Parameter::T30);
     }
 
