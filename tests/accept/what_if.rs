@@ -75,12 +75,12 @@ fn a_floor_that_scatters_less() {
     check(with_floor([0.3, 0.3]), &[], with_floor([0.3, 0.1]), 3.0);
 }
 
-/// Absorption of variants takes nothing from their accuracy.
+/// Absorption of variants takes little from their accuracy: a softer one has no packets split for it.
 #[test]
 fn variants_of_absorption() {
     let [soft, hard] = [0.9, 0.02].map(|absorption| with_floor([absorption, 0.3]));
     check(soft, &[hard], hard, 1.0);
-    check(hard, &[soft], soft, 1.0);
+    check(hard, &[soft], soft, 1.5);
 }
 
 #[test]
