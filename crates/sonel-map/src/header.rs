@@ -44,8 +44,7 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// 16 000 emissions (docs/planning.md), seed 1, 32 batches, β = 0.15, shared bands. The threshold of −1000 dB ends packets of runs without
-    /// roulette alone: with this β a packet comes to it once in 10¹⁷, so that paths hold what other materials let through.
+    /// 16 000 emissions (docs/planning.md), seed 1, 32 batches, β = 0.15, shared bands.
     fn default() -> Self {
         Self {
             emissions: 16_000,
