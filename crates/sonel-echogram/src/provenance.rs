@@ -161,8 +161,6 @@ pub enum Directivity {
 pub struct SourceRendering {
     /// Order K of its image sources.
     pub mirror_order: u32,
-    /// Order K′ of the images of every receiver.
-    pub image_order: Vec<u32>,
     /// Radius of every receiver's sphere [m].
     pub sphere_radius_m: Vec<f64>,
     /// By how much the boundary term changes the level of all but direct sound, by receiver and band [dB]; empty without it.
@@ -229,7 +227,6 @@ pub struct Measured {
 impl SourceRendering {
     /// Appends the receivers of `part`, a rendering of the same source.
     pub(crate) fn append(&mut self, part: Self) {
-        self.image_order.extend(part.image_order);
         self.sphere_radius_m.extend(part.sphere_radius_m);
         self.boundary_db.extend(part.boundary_db);
         self.edges.extend(part.edges);
@@ -247,7 +244,6 @@ impl SourceRendering {
             ..class.clone()
         };
         Self {
-            image_order: Vec::new(),
             sphere_radius_m: Vec::new(),
             boundary_db: Vec::new(),
             edges: Vec::new(),

@@ -9,10 +9,10 @@
 //! | L S^k R, k ≤ K | `exact::mirror` (image sources, completely enumerated) |
 //! | L E R, L S E R, and what edges add to the two above | `exact::edge` (coherent sums over edges, where diffraction is on) |
 //! | … D R | `stochastic::connection` (a shadow ray from every sonel; beside a surface shared with `stochastic::gather`) |
-//! | … D S^k R, k ≤ K′, in empty boxes | `stochastic::mirror_connection` (a connection from every sonel to one of the receiver's images) |
+//! | … D S^k R in empty boxes, over mirrors that lose little | `stochastic::mirror_connection` (a connection from every sonel to one of the receiver's images) |
 //! | … D S⁺ R elsewhere | `stochastic::gather` (visibility rays and density estimation) |
 //! | L S^k R, k > K | `render::specular` (rays that are always mirrored, through a receiver sphere) |
-//! | … D S^k R, k > K′ | `stochastic::crossing` (traced segments through a receiver sphere) |
+//! | … D S^k R, over others | `stochastic::crossing` (traced segments through a receiver sphere) |
 //!
 //! In scenes with several airs straight paths end at the interfaces. Paths that met one since their last diffuse reflection
 //! are estimated by `stochastic::crossing`; `regions` has their lengths and attenuation.
@@ -25,7 +25,7 @@
 
 /// Revision of the echograms: raised by every change after which the same command may write another response to the same map.
 /// `tests/pipeline` keeps digests of some. Responses of two revisions are never joined.
-pub const REVISION: u32 = 27;
+pub const REVISION: u32 = 28;
 
 mod air;
 mod ball;

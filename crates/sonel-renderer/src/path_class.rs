@@ -13,9 +13,9 @@ pub enum PathClass {
     LateSpecular,
     /// … D R.
     Diffuse,
-    /// … D S^k R, k ≤ K′.
+    /// … D S^k R over mirrors that lose little.
     DiffuseMirror,
-    /// … D S^k R, k > K′.
+    /// … D S^k R over others.
     LongDiffuseMirror,
     /// Paths that passed an interface between airs since the source, or met one since the last diffuse reflection.
     Refracted,
@@ -43,8 +43,8 @@ impl PathClass {
             Self::Edge => "L E R, L S E R",
             Self::LateSpecular => "L S^k R, k > K",
             Self::Diffuse => "... D R",
-            Self::DiffuseMirror => "... D S^k R, k <= K'",
-            Self::LongDiffuseMirror => "... D S^k R, k > K'",
+            Self::DiffuseMirror => "... D S^k R",
+            Self::LongDiffuseMirror => "... D S^k R of much loss",
             Self::Refracted => "... I S^k R",
         }
     }

@@ -57,8 +57,6 @@ pub struct Rendering {
     pub under_way: [Vec<f64>; 2],
     /// K.
     pub mirror_order: u32,
-    /// K′ of every receiver.
-    pub image_order: Vec<u32>,
     /// Radius of every receiver's sphere [m].
     pub sphere_radius: Vec<f64>,
     /// Factors of the boundary term, by receiver and band [1]; no bands without it.
@@ -92,7 +90,6 @@ impl Rendering {
             crossings: Crossings::new(receivers, bands),
             under_way: [vec![0.0; bands], vec![0.0; bands]],
             mirror_order: 0,
-            image_order: Vec::new(),
             sphere_radius: Vec::new(),
             boundary: Vec::new(),
             edge_work: Vec::new(),

@@ -10,7 +10,8 @@ use sonel_map::{
 };
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
-use super::{Progress, Renderer};
+use super::{Preparation, Progress, Renderer};
+use crate::Estimator;
 use crate::deposit::Deposits;
 use crate::exact::mirror::Radiator;
 use crate::path_class::PathClass;
@@ -37,7 +38,7 @@ pub(crate) struct ReceiverGroup<'a> {
     /// The receivers.
     pub tile: &'a Tile<'a>,
     images: Vec<Option<ReceiverImages>>,
-    others: Vec<AssignedClasses>,
+    others: AssignedClasses,
     /// For places next to receivers; none where no receiver has such places.
     source: Option<NearSource<'a>>,
     /// Sonels that are connected to the receivers.
@@ -59,6 +60,8 @@ struct Scratch {
     brought: Vec<Lanes>,
     /// The level at which all reflections of the path have been so far, [`Levels`](crate::exact::level::Levels).
     level: Along<Option<PlaneId>>,
+    /// Cost of the mirrors since the last diffuse reflection, or since the source.
+    run: Along<u32>,
 }
 
 impl Renderer<'_> {
@@ -91,10 +94,7 @@ impl Renderer<'_> {
         batches: Range<u32>,
         progress: Progress<'_>,
     ) -> ControlFlow<()> {
-        let group = self.group(source, tile, rendering.mirror_order);
-        for (order, others) in rendering.image_order[tile.first..].iter_mut().zip(&group.others) {
-            *order = others.image_order;
-        }
+        let group = self.group(source, tile);
         let fill = |batch, estimate: &mut BatchEstimate<'_>| self.estimate(batch, source, &group, estimate);
         self.add_estimates(rendering, total, tile, batches, fill, progress)
     }
@@ -132,33 +132,31 @@ impl Renderer<'_> {
         ControlFlow::Continue(())
     }
 
-    /// Prepares the images of the receivers of `tile`. K′ is a matter of each receiver: it depends on nobody who shares the call.
-    fn group<'b>(&'b self, source: usize, tile: &'b Tile<'b>, mirror_order: u32) -> ReceiverGroup<'b> {
+    /// Prepares the images of the receivers of `tile`.
+    fn group<'b>(&'b self, source: usize, tile: &'b Tile<'b>) -> ReceiverGroup<'b> {
         let receivers = tile.receivers;
-        let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
-        let images: Vec<Option<ReceiverImages>> = receivers
-            .par_iter()
-            .map(|receiver| {
-                ReceiverImages::new(self.geometry, &self.prepared.table, receiver, self.prepared.image_order)
-            })
-            .collect();
-        let others = |images: &Option<ReceiverImages>| AssignedClasses {
-            mirror_order,
+        let Preparation { table, chains, settings, gather, .. } = &*self.prepared;
+        let has_images = settings.estimator == Estimator::Auto && !self.gathers_by_mirrors();
+        let images = |receiver| ReceiverImages::new(self.geometry, table, receiver, chains);
+        let others = AssignedClasses {
+            mirror_limit: self.image_sources(source).limit(),
             specular_rays: self.casts_specular_rays(),
-            image_order: self.owned_order(images.as_ref()),
+            image_limit: match self.gathers_by_mirrors() {
+                true => u32::MAX,
+                false if has_images => chains.limit,
+                false => 0,
+            },
             diffuse: self.connects_diffuse(),
         };
-        let others = images.iter().map(others).collect();
-        let is_near =
-            self.prepared.gather.is_some() && receivers.iter().any(PreparedReceiver::is_near_surface);
-        let selection = self.survey(source).selection.as_ref();
-        let source = is_near.then(|| NearSource::new(self.geometry, &self.prepared.table, radiator));
-        ReceiverGroup { tile, images, others, source, selection }
-    }
-
-    /// K′ at a receiver with `images`; without limit where rays gather.
-    fn owned_order(&self, images: Option<&ReceiverImages>) -> u32 {
-        if self.gathers_by_mirrors() { u32::MAX } else { images.map_or(0, ReceiverImages::order) }
+        let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
+        let is_near = gather.is_some() && receivers.iter().any(PreparedReceiver::is_near_surface);
+        ReceiverGroup {
+            tile,
+            images: if has_images { receivers.par_iter().map(images).collect() } else { Vec::new() },
+            others,
+            source: is_near.then(|| NearSource::new(self.geometry, table, radiator, chains)),
+            selection: self.survey(source).selection.as_ref(),
+        }
     }
 
     /// The discs of all visibility rays of one batch. Direct sound that rays find next to receivers is added to `estimate`.
@@ -178,9 +176,8 @@ impl Renderer<'_> {
                 continue;
             }
             let mut stream = receiver_stream(self.seed(), Purpose::VisibilityRay, receiver, source, batch);
-            let image_order = group.others[number].image_order;
             let sample = &self.survey(source).sample;
-            let observer = Observer { number: number as u32, receiver, image_order, sample };
+            let observer = Observer { number: number as u32, receiver, sample };
             cast(&medium, sheets, observer, settings, &mut stream, |found| match found {
                 Found::Disc(point) => points.push(point),
                 Found::Near(place) => {
@@ -193,10 +190,11 @@ impl Renderer<'_> {
         (!points.is_empty()).then(|| GatherIndex::new(points))
     }
 
-    /// Whether a ray that goes on from a surface next to the receiver finds a sonel with `history` where it came from.
-    fn is_followed(&self, history: SegmentHistory, group: &ReceiverGroup<'_>) -> bool {
+    /// Whether a ray that goes on from a surface next to the receiver finds a sonel with `history`, whose mirrors cost `run`, where it
+    /// came from.
+    fn is_followed(&self, history: SegmentHistory, run: u32, group: &ReceiverGroup<'_>) -> bool {
         let by_rays = history.diffused && history.interfaces == 0;
-        by_rays || group.source.as_ref().is_some_and(|source| source.finds(history))
+        by_rays || group.source.as_ref().is_some_and(|source| source.finds(history, run))
     }
 
     /// Adds what the selected sonel at the end of `segment` leaves in the discs around it.
@@ -208,7 +206,8 @@ impl Renderer<'_> {
         scratch: &mut Scratch,
         estimate: &mut BatchEstimate<'_>,
     ) {
-        let Scratch { index, discs, brought, selected, .. } = scratch;
+        let Scratch { index, discs, brought, selected, run, .. } = scratch;
+        let run = run.now;
         let Some(((sheets, _), index)) = self.prepared.gather.as_ref().zip(index.as_ref()) else { return };
         let medium = self.medium();
         let at = sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
@@ -227,7 +226,7 @@ impl Renderer<'_> {
         for (&(number, gain), brought) in discs.iter().zip(brought.chunks_exact_mut(arriving.len())) {
             let point = index.point(number);
             let receiver = point.receiver as usize;
-            if point.sonels == Sonels::NotFollowed && self.is_followed(segment.history, group) {
+            if point.sonels == Sonels::NotFollowed && self.is_followed(segment.history, run, group) {
                 continue;
             }
             let class = last_class(point.seen_directly);
@@ -250,6 +249,7 @@ impl Renderer<'_> {
         Medium {
             geometry: self.geometry,
             table: &self.prepared.table,
+            chains: &self.prepared.chains,
             bins: &self.prepared.bins,
             air: &self.prepared.carried_air,
             airs: &self.prepared.airs,
@@ -281,11 +281,13 @@ impl Renderer<'_> {
             discs: Vec::new(),
             brought: Vec::new(),
             level: Along::new(None),
+            run: Along::new(0),
         };
         scratch.index = self.gather_index(group, source, batch, &mut scratch.energy, estimate);
         let mut weight = PathWeight::of(&self.prepared.table);
         for path in self.map.batch_paths(source as u32, batch) {
             scratch.selector = Selector::new(selections.stream(path.emission).uniform_fine());
+            scratch.run.now = 0;
             self.follow_path(path, source, 1.0, &mut weight, |segment, arriving| {
                 self.add_segment(segment, arriving, group, &mut scratch, estimate);
             });
@@ -325,28 +327,52 @@ impl Renderer<'_> {
     ) {
         let medium = self.medium();
         scratch.level.enter(segment);
+        scratch.run.enter(segment);
         estimate.record_segment(segment, &medium, &mut scratch.energy);
-        let SegmentHistory { specular_run, interfaces, .. } = segment.history;
         let is_exact = scratch.level.now.is_some() && segment.history.image_order().is_some();
-        if !is_exact && (specular_run > 0 || interfaces > 0) || !self.connects_diffuse() {
-            let receivers = group.tile.receivers.iter().zip(&group.others).enumerate();
-            let left = receivers.filter(|(_, (_, others))| is_left_to_sphere(segment.history, **others));
-            let mut left = left.peekable();
+        if !is_exact && is_left_to_sphere(segment.history, scratch.run.now, group.others) {
+            let Tile { receivers, direct_lengths, .. } = group.tile;
             let piece = Piece::of(segment);
-            if left.peek().is_some() {
-                estimate.crossings.pass(piece.beam, segment.energy);
-            }
-            let direct_lengths = &group.tile.direct_lengths;
-            let receivers = left.map(|(index, (receiver, _))| (index, receiver, direct_lengths[index]));
+            estimate.crossings.pass(piece.beam, segment.energy);
+            let receivers = receivers.iter().zip(direct_lengths).enumerate();
+            let receivers = receivers.map(|(index, (receiver, &length))| (index, receiver, length));
             let mut deposit = estimate.of(sphere_class(segment.history), &medium);
             cross(&piece, receivers, &mut scratch.energy, &mut deposit);
         }
-        let Some(arrival) = segment.arrival else { return };
+        if let Some(arrival) = segment.arrival {
+            self.add_sonel(segment, arrival, arriving, group, scratch, estimate);
+            self.pass(segment, arrival, scratch);
+        }
+    }
+
+    /// Notes in `scratch` what becomes of the path at `arrival`.
+    #[inline]
+    fn pass(&self, segment: &Segment<'_>, arrival: Arrival, scratch: &mut Scratch) {
+        let run = &mut scratch.run.now;
+        match arrival.event {
+            Event::Specular => *run = self.prepared.chains.after(*run, arrival.surface),
+            Event::Diffuse => *run = 0,
+            _ => {}
+        }
         if let Some(levels) = self.prepared.levels.as_ref().filter(|_| arrival.event == Event::Specular) {
             let level = levels.of(arrival.surface);
             let is_first = segment.history.order == 0;
             scratch.level.now = level.filter(|_| is_first || level == scratch.level.now);
         }
+    }
+
+    /// Adds what the sonel at the end of `segment`, with energy `arriving`, brings to the receivers.
+    #[inline]
+    fn add_sonel(
+        &self,
+        segment: &Segment<'_>,
+        arrival: Arrival,
+        arriving: &[Lanes],
+        group: &ReceiverGroup<'_>,
+        scratch: &mut Scratch,
+        estimate: &mut BatchEstimate<'_>,
+    ) {
+        let medium = self.medium();
         let row = &*self.prepared.table.row(arrival.surface, segment.direction());
         let Some(selection) = group.selection.filter(|_| !row.is_mirror) else { return };
         let probability = selection.probability(segment.end_length, segment.end, arriving);

@@ -30,6 +30,7 @@ use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius, filled, free_path};
 use crate::error::RenderError;
 use crate::exact::edge::Edges;
 use crate::exact::level::Levels;
+use crate::exact::mirror::chains::Chains;
 use crate::exact::mirror::{ImageSources, lattice_room};
 use crate::paper::Paper;
 use crate::receiver::{PreparedReceiver, ReceiverPoint};
@@ -38,7 +39,7 @@ use crate::rendering::Rendering;
 use crate::settings::{Air, Estimator, RenderSettings};
 use crate::stochastic::gather::GatherSettings;
 use crate::stochastic::gather::disc::Sheet;
-use crate::stochastic::mirror_connection::image_order;
+use crate::stochastic::mirror_connection::image_chains;
 use survey::SonelSurvey;
 
 pub use sums::BatchSums;
@@ -71,8 +72,8 @@ pub struct Preparation {
     pub(crate) edges: Vec<Edges>,
     pub(crate) normals: Vec<Vec3>,
     pub(crate) emissions: Emissions,
-    /// Largest K′.
-    pub(crate) image_order: u32,
+    /// Over which receivers have images where these are a lattice, and sources as places next to receivers see them.
+    pub(crate) chains: Chains,
     /// Level surfaces where the speed of sound has a gradient and no estimator is forced.
     pub(crate) levels: Option<Levels>,
     /// Image sources of each source, found when they are first asked for.
@@ -158,7 +159,7 @@ impl<'a> Renderer<'a> {
             by_mirrors: !has_lattice,
         };
         let prepared = Preparation {
-            image_order: if has_lattice { image_order(geometry, &table) } else { 0 },
+            chains: image_chains(geometry, &table, settings.mirror_order),
             levels: table
                 .propagation()
                 .profile()
@@ -238,16 +239,15 @@ impl<'a> Renderer<'a> {
     }
 
     /// Image sources of `source`.
-    fn image_sources(&self, source: usize) -> &ImageSources {
+    pub(crate) fn image_sources(&self, source: usize) -> &ImageSources {
         let known = &self.prepared.image_sources[source];
         if let Some(found) = known.get() {
             return found;
         }
         let position = self.map.header().scene.sources[source].position - self.geometry.center();
         let most = if self.enumerates_mirrors() { self.prepared.settings.mirror_order } else { Some(0) };
-        let limits = (self.prepared.bins.reach, most);
         let earlier = self.earlier.as_ref().and_then(|earlier| earlier.image_sources[source].get());
-        let made = ImageSources::enumerate(self.geometry, &self.prepared.table, position, limits, earlier);
+        let made = ImageSources::enumerate(self.geometry, &self.prepared.table, position, most, earlier);
         // Made outside the lock, because all processors take part: one of them may meanwhile begin a task that asks for the same.
         known.get_or_init(|| made)
     }

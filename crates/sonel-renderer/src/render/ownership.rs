@@ -73,17 +73,12 @@ impl Renderer<'_> {
                 "low noise in any room; in an empty box images of the receiver have less".to_owned()
             }
             PathClass::DiffuseMirror => {
-                format!(
-                    "unbiased: the images of an empty box are all visible, up to order {}",
-                    self.prepared.image_order
-                )
+                "unbiased: the images of an empty box are all visible, those that lose little".to_owned()
             }
             PathClass::LongDiffuseMirror if self.gathers_by_mirrors() => {
                 "empty: visibility rays follow specular reflections to any order".to_owned()
             }
-            PathClass::LongDiffuseMirror => {
-                format!("images of the receiver beyond order {} are too many", self.prepared.image_order)
-            }
+            PathClass::LongDiffuseMirror => "images of the receiver that lose much are too many".to_owned(),
         }
     }
 

@@ -47,7 +47,6 @@ impl Renderer<'_> {
         let mut rendering =
             Rendering::new(receivers.len(), columns, &self.prepared.bins, self.prepared.table.bands());
         rendering.mirror_order = self.image_sources(source).order();
-        rendering.image_order = vec![0; receivers.len()];
         let bands = self.prepared.table.bands();
         let factors = |receiver: &PreparedReceiver| receiver.boundary.values().take(bands).collect();
         rendering.boundary = receivers.iter().map(factors).collect();

@@ -14,27 +14,27 @@ use crate::stochastic::estimate::{Arriving, Deposit};
 /// Path classes of reflected sound that other estimators bring to one receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct AssignedClasses {
-    /// K: image-source paths from the source.
-    pub mirror_order: u32,
+    /// Image-source paths: the largest cost of their chains.
+    pub mirror_limit: u32,
     /// Whether the late specular rays bring longer specular paths.
     pub specular_rays: bool,
-    /// K′: mirror images of the receiver.
-    pub image_order: u32,
+    /// Mirror images of the receiver: the largest cost of their chains.
+    pub image_limit: u32,
     /// Whether connections bring … D R.
     pub diffuse: bool,
 }
 
-/// Whether a segment with `history` is left to the sphere. Direct sound never is; what passed an interface since its last diffuse reflection,
+/// Whether a segment with `history`, whose mirrors since the last diffuse reflection cost `run`, is left to the sphere. Direct sound never is; what passed an interface since its last diffuse reflection,
 /// or since the source, always is, since no straight way leads there, and so is what came back from one after a diffuse reflection.
 #[inline]
 #[must_use]
-pub(crate) fn is_left_to_sphere(history: SegmentHistory, others: AssignedClasses) -> bool {
-    if let Some(order) = history.image_order() {
-        return order > others.mirror_order && !others.specular_rays;
+pub(crate) fn is_left_to_sphere(history: SegmentHistory, run: u32, others: AssignedClasses) -> bool {
+    if history.image_order().is_some() {
+        return run + history.interfaces > others.mirror_limit && !others.specular_rays;
     }
     match (history.interfaces, history.specular_run) {
         (0, 0) => !others.diffuse,
-        (0, run) => run > others.image_order,
+        (0, _) => run > others.image_limit,
         _ => true,
     }
 }
@@ -112,7 +112,9 @@ mod tests {
             interfaces: 0,
             refractions: 0,
         };
-        let others = AssignedClasses { mirror_order: 2, specular_rays: false, image_order: 1, diffuse: true };
+        let is_left_to_sphere =
+            |history: SegmentHistory, others| is_left_to_sphere(history, history.specular_run, others);
+        let others = AssignedClasses { mirror_limit: 2, specular_rays: false, image_limit: 1, diffuse: true };
         assert!(!is_left_to_sphere(history(0, false), others), "direct sound");
         assert!(!is_left_to_sphere(history(2, false), others), "image-source path");
         assert!(is_left_to_sphere(history(3, false), others));
@@ -121,7 +123,7 @@ mod tests {
         assert!(is_left_to_sphere(history(2, true), others));
         let mirrored = AssignedClasses { specular_rays: true, ..others };
         assert!(!is_left_to_sphere(history(3, false), mirrored));
-        let alone = AssignedClasses { mirror_order: 0, image_order: 0, diffuse: false, ..others };
+        let alone = AssignedClasses { mirror_limit: 0, image_limit: 0, diffuse: false, ..others };
         assert!(!is_left_to_sphere(history(0, false), alone), "direct sound");
         for (run, diffused) in [(0, false), (1, false), (0, true), (1, true)] {
             let refracted = SegmentHistory { interfaces: 1, refractions: 1, ..history(run, diffused) };

@@ -1,5 +1,6 @@
 //! What lies between the last vertex of a path and a receiver.
 
+use crate::exact::mirror::chains::Chains;
 use glam::Vec3;
 use sonel_geometry::{Departure, Geometry};
 use sonel_map::{CoefficientTable, Lanes};
@@ -17,6 +18,8 @@ pub(crate) struct Medium<'a> {
     pub geometry: &'a Geometry,
     /// Coefficients of the surfaces.
     pub table: &'a CoefficientTable,
+    /// Chains of mirrors over which receivers have images.
+    pub chains: &'a Chains,
     /// Time bins.
     pub bins: &'a TimeBins,
     /// Attenuation, in every air, of the energies that packets carry.

@@ -1,4 +1,4 @@
-//! … D S^k R, k ≤ K′: from every sonel a connection to one of the receiver's mirror images, chosen at random.
+//! … D S^k R over chains of mirrors that lose little: from every sonel a connection to one of the receiver's mirror images, chosen at random.
 //!
 //! F += e · δ · cos θ / (π d²) · ∏ (1−α)(1−s) · e^(−m·length) / P(image), with d to the image (docs/physics.md §4). Choosing one
 //! image a sonel costs one connection more, however many images there are; a map holds so many sonels that the choice
@@ -13,6 +13,7 @@ use sonel_map::{BandValues, CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, warp};
 
 use crate::exact::mirror::Image;
+use crate::exact::mirror::chains::Chains;
 use crate::exact::mirror::lattice::ImageLattice;
 use crate::exact::mirror::tree::{ImageTree, Seed};
 use crate::receiver::{PreparedReceiver, Sensitivity};
@@ -20,12 +21,11 @@ use crate::stochastic::alias::AliasTable;
 use crate::stochastic::connection::DiffuseSonel;
 use crate::stochastic::estimate::{Arriving, Deposit};
 
-/// Largest K′ in an empty box: about 44 000 images. What is beyond carries little but is noisy: in a flat room K′ = 16 left 0.2 % of
-/// the energy to spheres, and with it most of the variance of T30.
-const LATTICE_ORDER_LIMIT: u32 = 32;
-/// Share of a chain's energy [1] that no band keeps beyond K′: −40 dB, below the end of T30. Chosen, not measured; at 2e-4 K′ is shorter by
-/// 7 % and spheres get the rest.
-const NEGLIGIBLE_FACTOR: f64 = 1e-4;
+/// Most mirrors of a chain where they are not ranked by their losses.
+const ORDER_LIMIT: u32 = 32;
+/// About how many images of one receiver in an empty box, and what they lose at most in the strongest band [0.01 dB]: what is beyond lies below the
+/// end of T30, but is noisy. In a flat room a quarter as many left 0.2 % of the energy to spheres, and with it most of the variance of T30.
+const LATTICE_LIMITS: (f64, f64) = (44_000.0, 4000.0);
 /// Most surfaces of a geometry whose images are connected; in others most images are hidden from most sonels and visibility rays serve.
 /// Chosen, not measured; doubled, rooms of up to 128 surfaces are connected.
 const SURFACE_LIMIT: usize = 64;
@@ -47,51 +47,48 @@ pub(crate) struct ReceiverImages {
     /// 1 / P(image).
     inverse_probability: Vec<f64>,
     choice: AliasTable,
+    /// Largest cost of a chain.
+    limit: u32,
     /// Mirrors to be checked; none in an empty box, where every image in front of a surface is seen from it.
     tree: Option<ImageTree>,
 }
 
-/// K′ of the scene: the same for all receivers.
+/// The chains over which receivers of a scene, and sources next to them, have images, where the highest order of image sources was `asked` for.
 #[must_use]
-pub(crate) fn image_order(geometry: &Geometry, table: &CoefficientTable) -> u32 {
-    let mirrored =
-        geometry.surfaces().iter().map(|surface| &table.material(surface.material).specular.energy);
-    let mirroring = mirrored.map(|energy| energy.largest()).fold(0.0, f64::max);
-    let are_few = geometry.as_shoebox().is_some() || geometry.surfaces().len() <= SURFACE_LIMIT;
+pub(crate) fn image_chains(geometry: &Geometry, table: &CoefficientTable, asked: Option<u32>) -> Chains {
     // The factor of an image of a receiver would depend on the sonel.
-    if table.is_angular() || mirroring <= 0.0 || !are_few {
-        return 0;
+    if table.is_angular() {
+        return Chains::by_order(geometry, 0);
     }
-    let by_energy = if mirroring < 1.0 {
-        libm::ceil(libm::log(NEGLIGIBLE_FACTOR) / libm::log(mirroring)) as u32
-    } else {
-        LATTICE_ORDER_LIMIT
-    };
-    by_energy.clamp(1, LATTICE_ORDER_LIMIT)
+    match geometry.as_shoebox() {
+        Some(room) if asked.is_none() => Chains::by_loss(geometry, &room, table, LATTICE_LIMITS),
+        _ if geometry.surfaces().len() <= SURFACE_LIMIT => Chains::by_order(geometry, ORDER_LIMIT),
+        _ => Chains::by_order(geometry, 0),
+    }
 }
 
 impl ReceiverImages {
-    /// The images of `receiver` up to order `most`, which a general geometry may not reach. [`None`] without any.
+    /// The images of `receiver` over `chains`, all of which a general geometry may not reach. [`None`] without any.
     #[must_use]
     pub(crate) fn new(
         geometry: &Geometry,
         table: &CoefficientTable,
         receiver: &PreparedReceiver,
-        most: u32,
+        chains: &Chains,
     ) -> Option<Self> {
-        if most == 0 {
+        if chains.limit == 0 {
             return None;
         }
         let (images, weights, tree) = match geometry.as_shoebox() {
             Some(room) => {
-                let lattice =
-                    ImageLattice::new(geometry, &room, table, receiver.exact, f64::INFINITY, Some(most));
-                let images = lattice.images();
+                let images =
+                    ImageLattice::new(geometry, &room, table, receiver.exact, chains.clone()).images();
                 let weights = weights_without_visibility(geometry, &images, receiver.exact);
                 (images, weights, None)
             }
             None => {
-                let seed = Seed::new(geometry, table, receiver.exact, End::Source, NODE_LIMIT, Some(most));
+                let most = Some(chains.limit);
+                let seed = Seed::new(geometry, table, receiver.exact, End::Source, NODE_LIMIT, most);
                 let tree = ImageTree::new(geometry, seed);
                 let images = tree.images(table);
                 let weights = pilot_weights(geometry, &tree, &images, receiver.exact);
@@ -105,17 +102,15 @@ impl ReceiverImages {
             inverse_probability: weights.iter().map(|weight| total / weight).collect(),
             choice: AliasTable::new(&weights),
             images,
+            limit: tree.as_ref().map_or(chains.limit, ImageTree::order),
             tree,
         })
     }
 
-    /// K′ at this receiver.
+    /// The largest cost of a chain over which it has images.
     #[must_use]
-    pub(crate) fn order(&self) -> u32 {
-        match &self.tree {
-            Some(tree) => tree.order(),
-            None => self.images.iter().map(|image| image.order).max().unwrap_or(0),
-        }
+    pub(crate) fn limit(&self) -> u32 {
+        self.limit
     }
 
     /// Connects `sonel` to the image that the uniform number `choice` selects. `receiver` is its number in `deposit`; sound comes to it from

@@ -313,7 +313,6 @@ fn of_source(renderer: &Renderer<'_>, rendering: &Rendering, source: &Source) ->
     let stated = Some(source.change).filter(|change| !change.is_none());
     SourceRendering {
         mirror_order: rendering.mirror_order,
-        image_order: rendering.image_order.clone(),
         sphere_radius_m: rendering.sphere_radius.clone(),
         boundary_db: boundary.collect(),
         edges: edges.collect(),

@@ -4,18 +4,13 @@ use glam::DVec3;
 use sonel_geometry::{Geometry, Shoebox};
 use sonel_map::{BandValues, CoefficientTable, Lanes, lanes_of};
 
+use super::chains::Chains;
 use super::{Image, MirrorArrival, Radiator};
-
-/// Largest K: about a third of a million images.
-const ORDER_LIMIT: u32 = 64;
-/// Chains whose specular factor is below this in every band are left to the noisy estimator, which then owns next to
-/// nothing.
-const NEGLIGIBLE_FACTOR: f64 = 1e-8;
 
 /// Images along the three axes; the image (i, j, k) is their combination.
 #[derive(Debug)]
 pub(crate) struct ImageLattice {
-    order: u32,
+    chains: Chains,
     axes: [Vec<AxisImage>; 3],
     lanes: usize,
 }
@@ -27,6 +22,8 @@ struct AxisImage {
     coordinate: f64,
     /// Reflections at this axis' two walls.
     order: u32,
+    /// Their cost.
+    cost: u32,
     /// −1 where the image is inverted.
     sign: f64,
     /// ∏ (1−α)(1−s) over those reflections, per band.
@@ -34,46 +31,41 @@ struct AxisImage {
 }
 
 impl ImageLattice {
-    /// The lattice of a source at `position` (about the scene's centre [m]) in `room`, up to the order that carries energy within `reach` [m].
+    /// The lattice of a source at `position` (about the scene's centre [m]) in `room`, of the images over `chains`.
     #[must_use]
     pub(crate) fn new(
         geometry: &Geometry,
         room: &Shoebox,
         table: &CoefficientTable,
         position: DVec3,
-        reach: f64,
-        most: Option<u32>,
+        chains: Chains,
     ) -> Self {
         let walls = room.walls.map(|wall| table.mean_row(wall).specular.energy.as_slice());
         let (low, high) = (room.min - geometry.center(), room.max - geometry.center());
-        let order = most.unwrap_or_else(|| affordable_order(&walls, high - low, reach));
+        let costs = room.walls.map(|wall| chains.cost(wall));
         let axis = |axis: usize| {
-            axis_images(
-                order,
-                position[axis],
-                [low[axis], high[axis]],
-                [walls[2 * axis], walls[2 * axis + 1]],
-            )
+            let walls = [0, 1].map(|end| (walls[2 * axis + end], costs[2 * axis + end]));
+            axis_images(chains.limit, position[axis], [low[axis], high[axis]], walls)
         };
         let axes = [axis(0), axis(1), axis(2)];
-        Self { order, axes, lanes: lanes_of(table.bands()) }
+        Self { chains, axes, lanes: lanes_of(table.bands()) }
     }
 
-    /// K.
+    /// The chains that its images are over.
     #[must_use]
-    pub(crate) fn order(&self) -> u32 {
-        self.order
+    pub(crate) fn chains(&self) -> &Chains {
+        &self.chains
     }
 
-    /// All images with their orders and ∏ (1−α)(1−s).
+    /// All images with their ∏ (1−α)(1−s).
     #[must_use]
     pub(crate) fn images(&self) -> Vec<Image> {
         let [xs, ys, zs] = &self.axes;
         let mut images = Vec::new();
         for (x, y) in xs.iter().flat_map(|x| ys.iter().map(move |y| (x, y))) {
             for z in zs {
-                let order = x.order + y.order + z.order;
-                if order == 0 || order > self.order {
+                let cost = x.cost + y.cost + z.cost;
+                if cost == 0 || cost > self.chains.limit {
                     continue;
                 }
                 let mut factor = x.factor.clone();
@@ -81,7 +73,6 @@ impl ImageLattice {
                 factor.multiply(&z.factor);
                 images.push(Image {
                     position: DVec3::new(x.coordinate, y.coordinate, z.coordinate),
-                    order,
                     signs: DVec3::new(x.sign, y.sign, z.sign),
                     factor,
                 });
@@ -101,13 +92,13 @@ impl ImageLattice {
         let [xs, ys, zs] = &self.axes;
         let (mut plane, mut factor) = (vec![Lanes::ZERO; self.lanes], vec![Lanes::ZERO; self.lanes]);
         for x in xs {
-            for y in ys.iter().filter(|y| x.order + y.order <= self.order) {
+            for y in ys.iter().filter(|y| x.cost + y.cost <= self.chains.limit) {
                 let (dx, dy) = (x.coordinate - receiver.x, y.coordinate - receiver.y);
                 if dx * dx + dy * dy > reach * reach {
                     continue;
                 }
                 plane.set_product(&x.factor, &y.factor, 1.0);
-                for z in zs.iter().filter(|z| x.order + y.order + z.order <= self.order) {
+                for z in zs.iter().filter(|z| x.cost + y.cost + z.cost <= self.chains.limit) {
                     let order = x.order + y.order + z.order;
                     let offset = DVec3::new(dx, dy, z.coordinate - receiver.z);
                     let length = offset.length();
@@ -132,27 +123,11 @@ impl ImageLattice {
     }
 }
 
-/// The order at which no band's image sources matter any more, or at which all images lie beyond `reach`.
-fn affordable_order(walls: &[&[Lanes]; 6], size: DVec3, reach: f64) -> u32 {
-    let most_mirroring = walls.iter().map(|wall| wall.largest()).fold(0.0, f64::max);
-    let by_energy = if most_mirroring <= 0.0 {
-        0
-    } else if most_mirroring < 1.0 {
-        libm::ceil(libm::log(NEGLIGIBLE_FACTOR) / libm::log(most_mirroring)) as u32
-    } else {
-        ORDER_LIMIT
-    };
-    // A path of length d crosses at most d·|cos| / L + 1 walls of each axis; their sum is largest along (1/Lx, 1/Ly, 1/Lz).
-    let by_time = libm::ceil(reach * size.recip().length()) as u32 + 3;
-    by_energy.min(by_time).min(ORDER_LIMIT)
-}
-
-/// Images along one axis with walls at `ends`: order |n|, the n-th towards positive or negative coordinates.
-fn axis_images(order: u32, source: f64, ends: [f64; 2], walls: [&[Lanes]; 2]) -> Vec<AxisImage> {
+/// Images along one axis with walls at `ends`, each with its factors and cost: order |n|, the n-th towards positive or negative coordinates.
+fn axis_images(limit: u32, source: f64, ends: [f64; 2], walls: [(&[Lanes], u32); 2]) -> Vec<AxisImage> {
     let (length, inside) = (ends[1] - ends[0], source - ends[0]);
-    let limit = i64::from(order);
-    (-limit..=limit)
-        .map(|n| {
+    let images = |sign: i64| {
+        (0..).map(move |order| sign * order).map(|n: i64| {
             let inverted = n.rem_euclid(2) == 1;
             let from_low =
                 if inverted { (n + 1) as f64 * length - inside } else { n as f64 * length + inside };
@@ -163,11 +138,14 @@ fn axis_images(order: u32, source: f64, ends: [f64; 2], walls: [&[Lanes]; 2]) ->
             AxisImage {
                 coordinate: ends[0] + from_low,
                 order: hits,
+                cost: low_hits * walls[0].1 + high_hits * walls[1].1,
                 sign: if inverted { -1.0 } else { 1.0 },
-                factor: wall_factor(walls, [low_hits, high_hits]),
+                factor: wall_factor(walls.map(|(factor, _)| factor), [low_hits, high_hits]),
             }
         })
-        .collect()
+    };
+    let within = |sign| images(sign).take_while(|image| image.cost <= limit);
+    within(-1).chain(within(1).skip(1)).collect()
 }
 
 fn wall_factor(walls: [&[Lanes]; 2], hits: [u32; 2]) -> Vec<Lanes> {

@@ -9,6 +9,7 @@
 
 pub(crate) mod beam;
 pub(crate) mod chain;
+pub(crate) mod chains;
 pub(crate) mod lattice;
 pub(crate) mod tree;
 
@@ -20,11 +21,15 @@ use sonel_geometry::{End, Geometry, Shoebox, SurfaceId};
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_scene::Source;
 
+use chains::Chains;
 use lattice::ImageLattice;
 use tree::{ImageTree, Seed};
 
 /// Images of one source: what a receiver can afford to try in some milliseconds. The hall of the scenes reaches order 4.
 const NODE_LIMIT: usize = 200_000;
+/// About how many images of one source in an empty box, and what they lose at most in the strongest band [0.01 dB]: the noisy estimator, to which
+/// the others are left, owns next to nothing.
+const LATTICE_LIMITS: (f64, f64) = (350_000.0, 8000.0);
 /// Images of one source when the order was asked for: some hundred megabytes.
 const ASKED_NODE_LIMIT: usize = 2_000_000;
 
@@ -50,8 +55,6 @@ pub(crate) struct MirrorArrival<'a> {
 pub(crate) struct Image {
     /// Position relative to the scene's centre [m].
     pub position: DVec3,
-    /// Number of reflections, at least one.
-    pub order: u32,
     /// −1 for each axis along which the image is inverted, where images are a lattice.
     pub signs: DVec3,
     /// ∏ (1−α)(1−s), per band.
@@ -108,18 +111,19 @@ pub(crate) fn lattice_room(geometry: &Geometry, table: &CoefficientTable) -> Opt
 }
 
 impl ImageSources {
-    /// Enumerates the image-source paths of a source at `position` (about the scene's centre [m]) up to paths of `reach` [m]; `most` limits K below
-    /// what is affordable. With other materials they are often the `earlier` ones.
+    /// Enumerates the image-source paths of a source at `position` (about the scene's centre [m]); `most` limits K below what is affordable. With other materials they are often the `earlier` ones.
     #[must_use]
     pub(crate) fn enumerate(
         geometry: &Geometry,
         table: &CoefficientTable,
         position: DVec3,
-        (reach, most): (f64, Option<u32>),
+        most: Option<u32>,
         earlier: Option<&Arc<Self>>,
     ) -> Arc<Self> {
         if let Some(room) = lattice_room(geometry, table) {
-            return Arc::new(Self::Lattice(ImageLattice::new(geometry, &room, table, position, reach, most)));
+            let by_loss = || Chains::by_loss(geometry, &room, table, LATTICE_LIMITS);
+            let chains = most.map_or_else(by_loss, |order| Chains::by_order(geometry, order));
+            return Arc::new(Self::Lattice(ImageLattice::new(geometry, &room, table, position, chains)));
         }
         let budget = if most.is_some() { ASKED_NODE_LIMIT } else { NODE_LIMIT };
         let seed = Seed::new(geometry, table, position, End::Source, budget, most);
@@ -131,11 +135,20 @@ impl ImageSources {
         }
     }
 
-    /// K: image-source paths of at most so many reflections are complete.
+    /// Largest cost of the chains that are complete: K, but in a lattice of those that lose little.
+    #[must_use]
+    pub(crate) fn limit(&self) -> u32 {
+        match self {
+            Self::Lattice(lattice) => lattice.chains().limit,
+            Self::Tree(tree) => tree.order(),
+        }
+    }
+
+    /// K: image-source paths have at most so many reflections.
     #[must_use]
     pub(crate) fn order(&self) -> u32 {
         match self {
-            Self::Lattice(lattice) => lattice.order(),
+            Self::Lattice(lattice) => lattice.chains().order(),
             Self::Tree(tree) => tree.order(),
         }
     }

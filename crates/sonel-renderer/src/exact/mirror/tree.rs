@@ -224,7 +224,7 @@ impl ImageTree {
         std::iter::successors(Some(leaf), parent).map(|node| &node.reflection)
     }
 
-    /// All images with their orders and ∏ (1−α)(1−s).
+    /// All images with their ∏ (1−α)(1−s).
     #[must_use]
     pub(crate) fn images(&self, table: &CoefficientTable) -> Vec<Image> {
         let image = |node: &Node| {
@@ -232,7 +232,7 @@ impl ImageTree {
             for reflection in self.chain(node) {
                 factor.multiply(&table.mean_row(reflection.mirror.surface).specular.energy);
             }
-            Image { position: node.reflection.image, order: node.order, signs: DVec3::ONE, factor }
+            Image { position: node.reflection.image, signs: DVec3::ONE, factor }
         };
         self.nodes.iter().map(image).collect()
     }

@@ -12,10 +12,11 @@ use sonel_scene::Propagation;
 use super::rays::NearPlace;
 use crate::exact::direct::spread;
 use crate::exact::mirror::Radiator;
+use crate::exact::mirror::chains::Chains;
 use crate::receiver::PreparedReceiver;
 use crate::stochastic::connection::DiffuseSonel;
 use crate::stochastic::estimate::{Arriving, Deposit};
-use crate::stochastic::mirror_connection::{ReceiverImages, image_order};
+use crate::stochastic::mirror_connection::ReceiverImages;
 
 /// A source as places next to receivers see it.
 pub(crate) struct NearSource<'a> {
@@ -26,23 +27,25 @@ pub(crate) struct NearSource<'a> {
 impl<'a> NearSource<'a> {
     /// Prepares `radiator`, with its images where surfaces are few.
     #[must_use]
-    pub(crate) fn new(geometry: &Geometry, table: &CoefficientTable, radiator: Radiator<'a>) -> Self {
+    pub(crate) fn new(
+        geometry: &Geometry,
+        table: &CoefficientTable,
+        radiator: Radiator<'a>,
+        chains: &Chains,
+    ) -> Self {
         let is_omni = radiator.directivity.is_omni();
-        let order = if is_omni && !table.transmits() && *table.propagation() == Propagation::Even {
-            image_order(geometry, table)
-        } else {
-            0
-        };
-        let images = ReceiverImages::new(geometry, table, &PreparedReceiver::point(radiator.position), order);
+        let has_images = is_omni && !table.transmits() && *table.propagation() == Propagation::Even;
+        let at = PreparedReceiver::point(radiator.position);
+        let images = has_images.then(|| ReceiverImages::new(geometry, table, &at, chains)).flatten();
         Self { radiator, images }
     }
 
-    /// Whether it finds sonels with `history` where they come from.
+    /// Whether it finds sonels with `history`, whose mirrors cost `run`, where they come from.
     #[must_use]
-    pub(crate) fn finds(&self, history: SegmentHistory) -> bool {
+    pub(crate) fn finds(&self, history: SegmentHistory, run: u32) -> bool {
         !history.diffused
             && history.interfaces == 0
-            && history.order <= self.images.as_ref().map_or(0, ReceiverImages::order)
+            && run <= self.images.as_ref().map_or(0, ReceiverImages::limit)
     }
 
     /// Adds what `place` sends of it to `receiver`, by number.

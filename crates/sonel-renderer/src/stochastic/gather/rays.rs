@@ -8,6 +8,7 @@ use sonel_map::{BandValues, CoefficientTable, Lanes};
 use sonel_sampling::{Frame, ScrambledSobol, Stream, warp};
 
 use super::disc::{Disc, Sheet};
+use crate::exact::mirror::chains::Chains;
 use crate::receiver::PreparedReceiver;
 use crate::stochastic::connection::normal_on;
 use crate::stochastic::gather::sonel_sample::SonelSample;
@@ -98,8 +99,6 @@ pub(crate) struct Observer<'a> {
     pub number: u32,
     /// The receiver.
     pub receiver: &'a PreparedReceiver,
-    /// K′, beyond which rays do not follow mirrors before the first diffuse reflection.
-    pub image_order: u32,
     /// Sonels of the source that it listens to.
     pub sample: &'a SonelSample,
 }
@@ -126,7 +125,7 @@ pub(crate) fn cast(
             let normal = normal_on(hit.side, surface.normal.as_vec3().normalize());
             let [gathered, followed] =
                 if row.is_mirror { [0.0; 2] } else { ray.shares(&observer, &hit, normal, settings) };
-            let mirrors = ray.goes_on_by_mirrors(&observer, settings);
+            let mirrors = ray.goes_on_by_mirrors(observer.receiver, medium.chains, hit.surface, settings);
             let mut disc = |share: f64, sonels: Sonels| {
                 if share > 0.0 {
                     let disc = sheets[hit.surface.0 as usize].disc(&hit, observer.receiver.disc_radius);
@@ -175,8 +174,8 @@ pub(crate) struct Ray {
     usual: f64,
     /// Path length so far [m].
     pub length: f64,
-    /// Mirrors met before the first diffuse reflection.
-    reflections: u32,
+    /// Cost of the mirrors met before the first diffuse reflection.
+    run: u32,
     /// Whether it has gone on from a diffuse reflection.
     is_scattered: bool,
 }
@@ -200,7 +199,7 @@ impl Ray {
             throughput: smallvec![Lanes::splat(weight); sonel_map::lanes_of(table.bands())],
             usual,
             length: 0.0,
-            reflections: 0,
+            run: 0,
             is_scattered: false,
         }
     }
@@ -261,7 +260,7 @@ impl Ray {
         let receiver = observer.receiver;
         let is_near = if self.is_scattered {
             receiver.is_near(hit.position)
-        } else if self.reflections > 0 && settings.by_mirrors {
+        } else if self.run > 0 && settings.by_mirrors {
             receiver.is_near_along(self.length)
         } else {
             let cosine = f64::from(self.direction.dot(normal).abs());
@@ -270,16 +269,22 @@ impl Ray {
         [f64::from(!is_near), f64::from(is_near)]
     }
 
-    /// Whether mirrors show it what it has to find.
-    fn goes_on_by_mirrors(&self, observer: &Observer<'_>, settings: &GatherSettings) -> bool {
+    /// Whether the mirror in `surface` shows it what it has to find.
+    fn goes_on_by_mirrors(
+        &self,
+        receiver: &PreparedReceiver,
+        chains: &Chains,
+        surface: SurfaceId,
+        settings: &GatherSettings,
+    ) -> bool {
         let by_images =
-            || self.reflections < observer.image_order && observer.receiver.is_near_along(self.length);
+            || chains.after(self.run, surface) <= chains.limit && receiver.is_near_along(self.length);
         settings.by_mirrors || self.is_scattered || by_images()
     }
 
     /// Whether no mirror is between the receiver and the first diffuse reflection.
     pub(crate) fn is_seen_directly(&self) -> bool {
-        self.reflections == 0
+        self.run == 0
     }
 
     /// The ray at `hit`, with the part of what is reflected there that it goes on for.
@@ -338,7 +343,9 @@ impl Ray {
         self.direction = self.direction.reflect(normal).normalize();
         self.departure = medium.geometry.leave(hit.position, hit.surface, hit.side);
         self.at = hit.position.as_dvec3();
-        self.reflections += u32::from(!self.is_scattered);
+        if !self.is_scattered {
+            self.run = medium.chains.after(self.run, hit.surface);
+        }
         true
     }
 }
