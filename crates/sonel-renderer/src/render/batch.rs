@@ -13,7 +13,7 @@ use sonel_sampling::{Purpose, Stream, StreamFamily};
 use super::{Preparation, Progress, Renderer};
 use crate::Estimator;
 use crate::deposit::Deposits;
-use crate::exact::mirror::Radiator;
+use crate::exact::mirror::{Radiator, lattice_room};
 use crate::path_class::PathClass;
 use crate::receiver::PreparedReceiver;
 use crate::regions::Fading;
@@ -22,7 +22,7 @@ use crate::stochastic::connection::{DiffuseSonel, connect, normal_on};
 use crate::stochastic::crossing::{AssignedClasses, Piece, cross, is_left_to_sphere};
 use crate::stochastic::estimate::{Arriving, BatchEstimate, Tile};
 use crate::stochastic::gather::disc::place;
-use crate::stochastic::gather::near::NearSource;
+use crate::stochastic::gather::near;
 use crate::stochastic::gather::rays::{Found, GatherPoint, Observer, Sonels};
 use crate::stochastic::gather::{GatherIndex, cast};
 use crate::stochastic::kernel::coarse_bins;
@@ -40,7 +40,7 @@ pub(crate) struct ReceiverGroup<'a> {
     images: Vec<Option<ReceiverImages>>,
     others: AssignedClasses,
     /// For places next to receivers; none where no receiver has such places.
-    source: Option<NearSource<'a>>,
+    source: Option<Radiator<'a>>,
     /// Sonels that are connected to the receivers.
     selection: Option<&'a SonelSelection>,
 }
@@ -136,14 +136,15 @@ impl Renderer<'_> {
     fn group<'b>(&'b self, source: usize, tile: &'b Tile<'b>) -> ReceiverGroup<'b> {
         let receivers = tile.receivers;
         let Preparation { table, chains, settings, gather, .. } = &*self.prepared;
-        let has_images = settings.estimator == Estimator::Auto && !self.gathers_by_mirrors();
-        let images = |receiver| ReceiverImages::new(self.geometry, table, receiver, chains);
+        let room = lattice_room(self.geometry, table)
+            .filter(|_| settings.estimator == Estimator::Auto && !self.gathers_by_mirrors());
+        let images = |room, receiver| ReceiverImages::new(self.geometry, (room, chains), table, receiver);
         let others = AssignedClasses {
             mirror_limit: self.image_sources(source).limit(),
             specular_rays: self.casts_specular_rays(),
             image_limit: match self.gathers_by_mirrors() {
                 true => u32::MAX,
-                false if has_images => chains.limit,
+                false if room.is_some() => chains.limit,
                 false => 0,
             },
             diffuse: self.connects_diffuse(),
@@ -152,9 +153,12 @@ impl Renderer<'_> {
         let is_near = gather.is_some() && receivers.iter().any(PreparedReceiver::is_near_surface);
         ReceiverGroup {
             tile,
-            images: if has_images { receivers.par_iter().map(images).collect() } else { Vec::new() },
+            images: match &room {
+                Some(room) => receivers.par_iter().map(|receiver| images(room, receiver)).collect(),
+                None => Vec::new(),
+            },
             others,
-            source: is_near.then(|| NearSource::new(self.geometry, table, radiator, chains)),
+            source: is_near.then_some(radiator),
             selection: self.survey(source).selection.as_ref(),
         }
     }
@@ -183,18 +187,11 @@ impl Renderer<'_> {
                 Found::Near(place) => {
                     let Some(source) = &group.source else { return };
                     let mut deposit = estimate.of(last_class(place.ray.is_seen_directly()), &medium);
-                    source.connect(&place, number, receiver, scratch, &mut deposit);
+                    near::connect(source, &place, number, receiver, scratch, &mut deposit);
                 }
             });
         }
         (!points.is_empty()).then(|| GatherIndex::new(points))
-    }
-
-    /// Whether a ray that goes on from a surface next to the receiver finds a sonel with `history`, whose mirrors cost `run`, where it
-    /// came from.
-    fn is_followed(&self, history: SegmentHistory, run: u32, group: &ReceiverGroup<'_>) -> bool {
-        let by_rays = history.diffused && history.interfaces == 0;
-        by_rays || group.source.as_ref().is_some_and(|source| source.finds(history, run))
     }
 
     /// Adds what the selected sonel at the end of `segment` leaves in the discs around it.
@@ -206,8 +203,7 @@ impl Renderer<'_> {
         scratch: &mut Scratch,
         estimate: &mut BatchEstimate<'_>,
     ) {
-        let Scratch { index, discs, brought, selected, run, .. } = scratch;
-        let run = run.now;
+        let Scratch { index, discs, brought, selected, .. } = scratch;
         let Some(((sheets, _), index)) = self.prepared.gather.as_ref().zip(index.as_ref()) else { return };
         let medium = self.medium();
         let at = sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
@@ -217,6 +213,9 @@ impl Renderer<'_> {
                 selected.iter().zip(more).map(|(&energy, more)| energy * more).collect::<Vec<Lanes>>()
             });
         let arriving = reflected.as_deref().unwrap_or(selected);
+        // Rays that go on from a surface next to the receiver find it where it came from.
+        let SegmentHistory { order, diffused, interfaces, .. } = segment.history;
+        let is_followed = interfaces == 0 && (diffused || order == 0 && group.source.is_some());
         index.around(place(arrival.surface, arrival.side), at, discs);
         brought.clear();
         for (number, _) in discs.iter() {
@@ -226,7 +225,7 @@ impl Renderer<'_> {
         for (&(number, gain), brought) in discs.iter().zip(brought.chunks_exact_mut(arriving.len())) {
             let point = index.point(number);
             let receiver = point.receiver as usize;
-            if point.sonels == Sonels::NotFollowed && self.is_followed(segment.history, run, group) {
+            if point.sonels == Sonels::NotFollowed && is_followed {
                 continue;
             }
             let class = last_class(point.seen_directly);
@@ -396,7 +395,7 @@ impl Renderer<'_> {
         for (index, images) in group.images.iter().enumerate() {
             if let Some(images) = images {
                 let choice = scratch.choices[index].uniform_fine();
-                images.connect(&sonel, (index, None), choice, &mut scratch.energy, mirrored);
+                images.connect(&sonel, index, choice, &mut scratch.energy, mirrored);
             }
         }
     }

@@ -116,7 +116,7 @@ pub(crate) fn arrive<'f>(
         connect_through(geometry, chain, [ends.origin, ends.displaced], &passes)?
     } else {
         let displaced = [ends.origin, ends.displaced];
-        let leaving = connect(geometry, chain.iter().copied(), displaced, None, |_| false)?;
+        let leaving = connect(geometry, chain.iter().copied(), displaced, |_| false)?;
         (leaving, Sight::default())
     };
     let offset = chain[0].of_radiator - sight.shift - ends.receiver;
@@ -150,16 +150,15 @@ fn reflect(table: &CoefficientTable, chain: &[&Reflection], mut towards: DVec3, 
     }
 }
 
-/// Follows a chain, the last reflection first, backwards from `from`, which lies in the plane that is `left`. Returns the offset from `origin`
+/// Follows a chain, the last reflection first, backwards from `from`. Returns the offset from `origin`
 /// to the first reflection where nothing is in the way but what is `ignored`.
 pub(crate) fn connect<'a>(
     geometry: &Geometry,
     chain: impl Iterator<Item = &'a Reflection>,
     [origin, from]: [DVec3; 2],
-    mut left: Option<PlaneId>,
     mut ignored: impl FnMut(&Crossed) -> bool,
 ) -> Option<DVec3> {
-    let mut point = from;
+    let (mut point, mut left) = (from, None);
     for reflection in chain {
         point = reflection.met(geometry, point, left, &mut ignored)?;
         left = Some(geometry.surface(reflection.mirror.surface).plane);

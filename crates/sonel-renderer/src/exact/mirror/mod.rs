@@ -55,7 +55,7 @@ pub(crate) struct MirrorArrival<'a> {
 pub(crate) struct Image {
     /// Position relative to the scene's centre [m].
     pub position: DVec3,
-    /// −1 for each axis along which the image is inverted, where images are a lattice.
+    /// −1 for each axis along which the image is inverted.
     pub signs: DVec3,
     /// ∏ (1−α)(1−s), per band.
     pub factor: Vec<Lanes>,
@@ -111,7 +111,8 @@ pub(crate) fn lattice_room(geometry: &Geometry, table: &CoefficientTable) -> Opt
 }
 
 impl ImageSources {
-    /// Enumerates the image-source paths of a source at `position` (about the scene's centre [m]); `most` limits K below what is affordable. With other materials they are often the `earlier` ones.
+    /// Enumerates the image-source paths of a source at `position` (about the scene's centre [m]); `most` limits K below what is affordable. With
+    /// other materials they are often the `earlier` ones.
     #[must_use]
     pub(crate) fn enumerate(
         geometry: &Geometry,

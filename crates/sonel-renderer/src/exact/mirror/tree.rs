@@ -4,17 +4,15 @@
 //! where it can carry no energy: no band reflects there as a mirror, the surface shows its solid side to the image, or the beam of the
 //! chain before it misses the surface. What stands in the way is found out at every receiver.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
 use rayon::prelude::*;
 use smallvec::SmallVec;
-use sonel_geometry::{Crossed, Departure, End, Geometry, PlaneId, Side, SurfaceId};
+use sonel_geometry::{Crossed, End, Geometry, PlaneId, Side, SurfaceId};
 use sonel_map::{BandValues, CoefficientTable, Lanes, lanes_of};
 
 use super::beam::{Beam, Polygon, outline};
 use super::chain::{self, Ends, Mirror, Reflection};
-use super::{Image, MirrorArrival, Radiator};
+use super::{MirrorArrival, Radiator};
 
 /// No chain is longer, however few the surfaces.
 const ORDER_LIMIT: u32 = 24;
@@ -43,8 +41,6 @@ pub(crate) struct ImageTree {
     nodes: Vec<Node>,
     /// Inward normals of the beams' sides.
     sides: Vec<DVec3>,
-    /// The node that follows another over a mirror.
-    children: HashMap<(Option<u32>, Mirror), u32>,
     seed: Seed,
 }
 
@@ -117,8 +113,7 @@ impl ImageTree {
     #[must_use]
     pub(crate) fn new(geometry: &Geometry, seed: Seed) -> Self {
         let Seed { position, origin, budget, most, .. } = seed;
-        let mut tree =
-            Self { order: 0, nodes: Vec::new(), sides: Vec::new(), children: HashMap::new(), seed };
+        let mut tree = Self { order: 0, nodes: Vec::new(), sides: Vec::new(), seed };
         let source = Beam::new(origin, &[]);
         let mut last_order =
             vec![Grown { beam: source, of_radiator: position, last: None, parent: None, index: None }];
@@ -152,7 +147,6 @@ impl ImageTree {
         self.sides.extend(grown.beam.sides());
         let sides = (first_side, self.sides.len() as u32);
         self.nodes.push(Node { reflection, parent: grown.parent, order: self.order, sides });
-        self.children.insert((grown.parent, reflection.mirror), index);
         grown.index = Some(index);
     }
 
@@ -224,32 +218,6 @@ impl ImageTree {
         std::iter::successors(Some(leaf), parent).map(|node| &node.reflection)
     }
 
-    /// All images with their ∏ (1−α)(1−s).
-    #[must_use]
-    pub(crate) fn images(&self, table: &CoefficientTable) -> Vec<Image> {
-        let image = |node: &Node| {
-            let mut factor = vec![Lanes::ONE; lanes_of(table.bands())];
-            for reflection in self.chain(node) {
-                factor.multiply(&table.mean_row(reflection.mirror.surface).specular.energy);
-            }
-            Image { position: node.reflection.image, signs: DVec3::ONE, factor }
-        };
-        self.nodes.iter().map(image).collect()
-    }
-
-    /// The direction in which the origin of the tree sees `point`, in the plane that is `left`, over the chain of image number `image` [m];
-    /// [`None`] where something is in the way.
-    #[must_use]
-    pub(crate) fn connect(
-        &self,
-        geometry: &Geometry,
-        image: usize,
-        point: DVec3,
-        left: Option<PlaneId>,
-    ) -> Option<DVec3> {
-        self.validate(geometry, &self.nodes[image], point, left, |_| false)
-    }
-
     /// Whether nothing but what is `ignored` is on the way from the origin over the chain of image number `image` to `place` [m], in general
     /// position.
     pub(crate) fn is_clear(
@@ -259,25 +227,9 @@ impl ImageTree {
         place: DVec3,
         ignored: impl FnMut(&Crossed) -> bool,
     ) -> bool {
-        self.validate(geometry, &self.nodes[image], place, None, ignored).is_some()
-    }
-
-    /// The longest chain along which the mirror path from the origin in `direction` runs, and all its beginnings: image
-    /// numbers in ascending order of reflections.
-    pub(crate) fn follow(&self, geometry: &Geometry, direction: DVec3, mut found: impl FnMut(usize)) {
-        let (mut departure, mut direction) =
-            (Departure::free(self.seed.position.as_vec3()), direction.as_vec3());
-        let mut parent = None;
-        for _ in 0..self.order {
-            let Some(hit) = geometry.closest_hit(departure, direction) else { return };
-            let mirror = Mirror { surface: hit.surface, side: hit.side };
-            let Some(&index) = self.children.get(&(parent, mirror)) else { return };
-            found(index as usize);
-            parent = Some(index);
-            let normal = geometry.surface(hit.surface).normal.as_vec3();
-            direction = direction.reflect(normal).normalize();
-            departure = geometry.leave(hit.position, hit.surface, hit.side);
-        }
+        let leaf = &self.nodes[image];
+        self.is_in_beam(leaf, place, 0.0)
+            && chain::connect(geometry, self.chain(leaf), [self.seed.origin, place], ignored).is_some()
     }
 
     /// Whether a place is in the beam of a node, `slack` [m] about it included.
@@ -286,21 +238,6 @@ impl ImageTree {
         let offset = place - node.reflection.image;
         let outside = -BEAM_SLACK * offset.length() - slack;
         sides.iter().all(|side| side.dot(offset) >= outside)
-    }
-
-    /// The offset from the origin of the tree to the first reflection of the path over a chain to `from`, which lies in the plane that is
-    /// `left`, where nothing is in the way but what is `ignored`.
-    fn validate(
-        &self,
-        geometry: &Geometry,
-        leaf: &Node,
-        from: DVec3,
-        left: Option<PlaneId>,
-        ignored: impl FnMut(&Crossed) -> bool,
-    ) -> Option<DVec3> {
-        let is_in_beam = self.is_in_beam(leaf, from, 0.0);
-        is_in_beam
-            .then(|| chain::connect(geometry, self.chain(leaf), [self.seed.origin, from], left, ignored))?
     }
 }
 
