@@ -75,11 +75,10 @@ impl<T: Clone> Along<T> {
     /// To be called first with every segment.
     #[inline]
     pub fn enter(&mut self, segment: &Segment<'_>) {
-        if segment.waiting > self.kept.len() {
-            self.kept.push(self.now.clone());
-        } else if segment.waiting < self.kept.len() {
+        if segment.resumes {
             self.now = self.kept.pop().expect("one is kept for each that waits");
         }
+        self.kept.resize(segment.waiting, self.now.clone());
     }
 }
 
@@ -111,6 +110,8 @@ pub struct Segment<'a> {
     pub leaves_wall: bool,
     /// Packets that split off before it and are still to be visited.
     pub waiting: usize,
+    /// Whether it is the first of one that split off.
+    pub resumes: bool,
 }
 
 impl Segment<'_> {
@@ -143,7 +144,7 @@ pub fn sweep(
 ) {
     let history = SegmentHistory::default();
     let mut way = Way { start: source, start_length: 0.0, air, history, leaves_wall: false };
-    let mut second = Vec::new();
+    let (mut second, mut resumes) = (Vec::new(), false);
     let propagation = table.propagation();
     for vertex in vertices {
         let Some(event) = vertex.event() else { return };
@@ -169,6 +170,7 @@ pub fn sweep(
             event,
             leaves_wall,
             waiting: second.len(),
+            resumes: std::mem::take(&mut resumes),
         };
         if propagation.is_straight() || start == end {
             visit(&segment);
@@ -177,7 +179,7 @@ pub fn sweep(
         }
         if event.is_final() {
             let Some((branched, its_weight)) = second.pop() else { return };
-            (way, *weight) = (branched, its_weight);
+            (way, *weight, resumes) = (branched, its_weight, true);
             continue;
         }
         way = Way {
@@ -219,8 +221,9 @@ fn visit_chords(leg: Option<Leg>, whole: &Segment<'_>, visit: &mut dyn FnMut(&Se
             ..chord
         };
         visit(&chord);
+        chord.resumes = false;
     }
-    visit(&Segment { start: chord.end, start_length: chord.end_length, ..*whole });
+    visit(&Segment { start: chord.end, start_length: chord.end_length, resumes: chord.resumes, ..*whole });
 }
 
 #[cfg(test)]
@@ -231,8 +234,8 @@ mod tests {
 
     use crate::emission::PacketStart;
 
-    /// Energies of the segments of a path along x that meets walls of α = 0.2.
-    fn visited(events: &[Event]) -> Vec<(usize, f64, f64, f64)> {
+    /// Visits the segments of a path along x that meets walls of α = 0.2.
+    fn follow(events: &[Event], visit: impl FnMut(&Segment<'_>)) {
         let room = Geometry::build(Mesh::shoebox([6.0, 4.0, 3.0], [0; 6])).unwrap();
         let walls = [Material::uniform("walls", 0.2, 0.5, 1)];
         let table = CoefficientTable::new(&walls, 1, 0.0).with_geometry(&room);
@@ -244,17 +247,29 @@ mod tests {
             Vertex::new(Vec3::X * at as f32, SurfaceId(0), Side::Front, event)
         };
         let path: Vec<Vertex> = events.iter().enumerate().map(vertex).collect();
-        let mut found = Vec::new();
-        sweep((DVec3::ZERO, 0), &path, &table, &mut weight, |segment| {
-            found.push((segment.waiting, segment.start_length, segment.end_length, segment.energy.band(0)));
+        sweep((DVec3::ZERO, 0), &path, &table, &mut weight, visit);
+    }
+
+    #[test]
+    fn what_is_kept_along_a_path_comes_back_with_each_packet_that_split_off() {
+        use Event::{Absorbed, Diffuse, Split};
+        let (mut before, mut found) = (Along::new(0), Vec::new());
+        let path = [Diffuse, Split, Split, Diffuse, Absorbed, Split, Absorbed, Absorbed, Diffuse, Absorbed];
+        follow(&path, |segment| {
+            before.enter(segment);
+            found.push(before.now);
+            before.now += 1;
         });
-        found
+        assert_eq!(found, [0, 1, 2, 1, 1, 1, 2]);
     }
 
     #[test]
     fn the_second_packet_of_a_fork_begins_where_the_first_did_with_its_energy() {
         use Event::{Absorbed, Diffuse, Split};
-        let found = visited(&[Diffuse, Split, Diffuse, Absorbed, Diffuse, Absorbed]);
+        let mut found = Vec::new();
+        follow(&[Diffuse, Split, Diffuse, Absorbed, Diffuse, Absorbed], |segment| {
+            found.push((segment.waiting, segment.start_length, segment.end_length, segment.energy.band(0)));
+        });
         let halves = [0.4, 0.32];
         let expected = [
             (0, 0.0, 0.0, 1.0),

@@ -4,7 +4,7 @@ use std::ops::{ControlFlow, Range};
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
-use sonel_geometry::PlaneId;
+use sonel_geometry::{PlaneId, Shoebox};
 use sonel_map::{
     Along, Arrival, BandValues, Event, Lanes, PathView, PathWeight, Segment, SegmentHistory, lanes_of,
 };
@@ -22,7 +22,7 @@ use crate::stochastic::connection::{DiffuseSonel, connect, normal_on};
 use crate::stochastic::crossing::{AssignedClasses, Piece, cross, is_left_to_sphere};
 use crate::stochastic::estimate::{Arriving, BatchEstimate, Tile};
 use crate::stochastic::gather::disc::place;
-use crate::stochastic::gather::near;
+use crate::stochastic::gather::near::NearSource;
 use crate::stochastic::gather::rays::{Found, GatherPoint, Observer, Sonels};
 use crate::stochastic::gather::{GatherIndex, cast};
 use crate::stochastic::kernel::coarse_bins;
@@ -40,7 +40,7 @@ pub(crate) struct ReceiverGroup<'a> {
     images: Vec<Option<ReceiverImages>>,
     others: AssignedClasses,
     /// For places next to receivers; none where no receiver has such places.
-    source: Option<Radiator<'a>>,
+    source: Option<NearSource<'a>>,
     /// Sonels that are connected to the receivers.
     selection: Option<&'a SonelSelection>,
 }
@@ -136,9 +136,12 @@ impl Renderer<'_> {
     fn group<'b>(&'b self, source: usize, tile: &'b Tile<'b>) -> ReceiverGroup<'b> {
         let receivers = tile.receivers;
         let Preparation { table, chains, settings, gather, .. } = &*self.prepared;
-        let room = lattice_room(self.geometry, table)
-            .filter(|_| settings.estimator == Estimator::Auto && !self.gathers_by_mirrors());
-        let images = |room, receiver| ReceiverImages::new(self.geometry, (room, chains), table, receiver);
+        let lattice = lattice_room(self.geometry, table);
+        let images = |room: &Shoebox, receiver: &PreparedReceiver| {
+            ReceiverImages::new(self.geometry, (room, chains), table, receiver)
+        };
+        let is_auto = settings.estimator == Estimator::Auto && !self.gathers_by_mirrors();
+        let room = lattice.as_ref().filter(|_| is_auto);
         let others = AssignedClasses {
             mirror_limit: self.image_sources(source).limit(),
             specular_rays: self.casts_specular_rays(),
@@ -150,15 +153,20 @@ impl Renderer<'_> {
             diffuse: self.connects_diffuse(),
         };
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
+        let near_source = || {
+            let room = lattice.as_ref().filter(|_| radiator.directivity.is_omni());
+            let at = PreparedReceiver::point(radiator.position);
+            NearSource { radiator, images: room.and_then(|room| images(room, &at)) }
+        };
         let is_near = gather.is_some() && receivers.iter().any(PreparedReceiver::is_near_surface);
         ReceiverGroup {
             tile,
-            images: match &room {
+            images: match room {
                 Some(room) => receivers.par_iter().map(|receiver| images(room, receiver)).collect(),
                 None => Vec::new(),
             },
             others,
-            source: is_near.then_some(radiator),
+            source: is_near.then(near_source),
             selection: self.survey(source).selection.as_ref(),
         }
     }
@@ -187,7 +195,7 @@ impl Renderer<'_> {
                 Found::Near(place) => {
                     let Some(source) = &group.source else { return };
                     let mut deposit = estimate.of(last_class(place.ray.is_seen_directly()), &medium);
-                    near::connect(source, &place, number, receiver, scratch, &mut deposit);
+                    source.connect(&place, number, receiver, scratch, &mut deposit);
                 }
             });
         }
@@ -203,7 +211,7 @@ impl Renderer<'_> {
         scratch: &mut Scratch,
         estimate: &mut BatchEstimate<'_>,
     ) {
-        let Scratch { index, discs, brought, selected, .. } = scratch;
+        let Scratch { index, discs, brought, selected, run, .. } = scratch;
         let Some(((sheets, _), index)) = self.prepared.gather.as_ref().zip(index.as_ref()) else { return };
         let medium = self.medium();
         let at = sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
@@ -214,8 +222,10 @@ impl Renderer<'_> {
             });
         let arriving = reflected.as_deref().unwrap_or(selected);
         // Rays that go on from a surface next to the receiver find it where it came from.
-        let SegmentHistory { order, diffused, interfaces, .. } = segment.history;
-        let is_followed = interfaces == 0 && (diffused || order == 0 && group.source.is_some());
+        let SegmentHistory { diffused, interfaces, .. } = segment.history;
+        let limit = self.prepared.chains.limit;
+        let is_found = |source: &NearSource<'_>| source.finds(segment.history, run.now, limit);
+        let is_followed = diffused && interfaces == 0 || group.source.as_ref().is_some_and(is_found);
         index.around(place(arrival.surface, arrival.side), at, discs);
         brought.clear();
         for (number, _) in discs.iter() {
@@ -395,7 +405,7 @@ impl Renderer<'_> {
         for (index, images) in group.images.iter().enumerate() {
             if let Some(images) = images {
                 let choice = scratch.choices[index].uniform_fine();
-                images.connect(&sonel, index, choice, &mut scratch.energy, mirrored);
+                images.connect(&sonel, (index, None), choice, &mut scratch.energy, mirrored);
             }
         }
     }

@@ -66,12 +66,13 @@ impl ReceiverImages {
         })
     }
 
-    /// Connects `sonel` to the image that the uniform number `choice` selects. `receiver` is its number in `deposit`.
+    /// Connects `sonel` to the image that the uniform number `choice` selects. `receiver` is its number in `deposit`; sound comes to it from
+    /// `first`, or from where the way over the image ends.
     #[inline]
     pub(crate) fn connect(
         &self,
         sonel: &DiffuseSonel<'_>,
-        receiver: usize,
+        (receiver, first): (usize, Option<DVec3>),
         choice: f64,
         scratch: &mut [Lanes],
         deposit: &mut Deposit<'_, '_>,
@@ -94,6 +95,7 @@ impl ReceiverImages {
         let solid_angle = (projected / (distance * squared)).min(self.brightest);
         let weight = solid_angle * self.inverse_probability[index] * self.sensitivity.to(towards);
         scratch.set_product(sonel.radiosity, &image.factor, weight);
+        let towards = first.unwrap_or(towards);
         deposit.add(Arriving { receiver, towards, length, bin }, scratch);
     }
 }

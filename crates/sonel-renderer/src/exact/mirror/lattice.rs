@@ -145,7 +145,10 @@ fn axis_images(limit: u32, source: f64, ends: [f64; 2], walls: [(&[Lanes], u32);
         })
     };
     let within = |sign| images(sign).take_while(|image| image.cost <= limit);
-    within(-1).chain(within(1).skip(1)).collect()
+    let mut images: Vec<AxisImage> = within(-1).collect();
+    images.reverse();
+    images.extend(within(1).skip(1));
+    images
 }
 
 fn wall_factor(walls: [&[Lanes]; 2], hits: [u32; 2]) -> Vec<Lanes> {

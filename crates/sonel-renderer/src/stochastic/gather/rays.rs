@@ -80,6 +80,8 @@ pub(crate) struct NearPlace<'a> {
     pub surface: SurfaceId,
     /// Normal of its surface on the side that is seen.
     pub normal: Vec3,
+    /// A random number, 0 … 1, that selects an image of the source.
+    pub choice: f64,
 }
 
 /// Finding of a visibility ray.
@@ -111,7 +113,7 @@ pub(crate) fn cast(
     mut found: impl FnMut(Found<'_>),
 ) {
     let mut points = || ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
-    let (directions, onward) = (points(), points());
+    let (directions, onward, choices) = (points(), points(), points());
     let mut near_places = 0;
     let mut rays: Vec<Ray> = Vec::new();
     for number in 0..settings.rays {
@@ -143,7 +145,8 @@ pub(crate) fn cast(
             disc(followed, Sonels::NotFollowed);
             if followed > 0.0 {
                 let on = ray.followed(medium, &hit, normal, &row.diffuse.energy, followed);
-                found(Found::Near(NearPlace { ray: &on, surface: hit.surface, normal }));
+                let (surface, choice) = (hit.surface, f64::from(choices.point(near_places)[0]));
+                found(Found::Near(NearPlace { ray: &on, surface, normal, choice }));
                 let point = if ray.is_scattered { stream.uniform_pair() } else { onward.point(near_places) };
                 let on = on.scattered(normal, point).met_at_its_angle(medium.table, hit.surface);
                 rays.extend(on.balanced(stream));
