@@ -13,7 +13,7 @@ type Ring = (&'static str, usize, &'static [&'static str]);
 const RINGS: [Ring; 6] = [
     (
         "engine",
-        28_950,
+        29_000,
         &[
             "crates/sonel-acoustics/",
             "crates/sonel-sampling/",
