@@ -1,7 +1,7 @@
 //! Which triangles meet at which edges.
 
 use crate::Mesh;
-use crate::mesh::sides;
+use crate::mesh::{MeshTriangle, sides};
 use foldhash::HashMap;
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -51,20 +51,18 @@ impl SharedEdge {
     }
 }
 
-/// Edges in the order in which triangles first name them.
+/// Edges in the order in which triangles first name them. Sorted, because a table of millions of edges fits no cache.
 pub(crate) fn shared_edges(mesh: &Mesh) -> Vec<SharedEdge> {
-    let mut known: HashMap<[u32; 2], usize> = HashMap::default();
-    let mut edges: Vec<SharedEdge> = Vec::new();
-    for (index, triangle) in mesh.triangles.iter().enumerate() {
-        for ends in triangle.sides() {
-            let slot = *known.entry(ends).or_insert_with(|| {
-                edges.push(SharedEdge { ends, faces: SmallVec::new(), is_crack: false });
-                edges.len() - 1
-            });
-            edges[slot].faces.push(index as u32);
-        }
-    }
-    edges
+    let named = mesh.triangles.iter().flat_map(MeshTriangle::sides);
+    let mut sides: Vec<([u32; 2], u32)> = named.zip(0..).collect();
+    sides.sort_unstable();
+    let edge = |sides: &[([u32; 2], u32)]| {
+        let faces = sides.iter().map(|(_, side)| side / 3).collect();
+        (sides[0].1, SharedEdge { ends: sides[0].0, faces, is_crack: false })
+    };
+    let mut edges: Vec<(u32, SharedEdge)> = sides.chunk_by(|a, b| a.0 == b.0).map(edge).collect();
+    edges.sort_unstable_by_key(|(first, _)| *first);
+    edges.into_iter().map(|(_, edge)| edge).collect()
 }
 
 /// Takes faces out of edges, and edges that have no others.
