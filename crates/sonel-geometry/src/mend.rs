@@ -16,7 +16,7 @@ use crate::geometry::validate;
 use crate::grid::BoxGrid;
 use crate::scale::Scale;
 use crate::stitch::{edge_grid, share_along, stitch_where};
-use crate::topology::shared_edges;
+use crate::topology::{edges_where, shared_edges};
 use foldhash::HashMap;
 use glam::{DMat3, DVec3};
 
@@ -54,8 +54,7 @@ impl Mesh {
         if mesh.triangles.is_empty() {
             return None;
         }
-        let is_open = || shared_edges(&mesh).iter().any(|edge| edge.faces.len() == 1);
-        if tolerance <= resolution || !is_open() {
+        if tolerance <= resolution || edges_where(&mesh, |faces| faces == 1).is_empty() {
             return None;
         }
         // A wall that crosses another has its corner on the rim of that one, near the end: such corners are to be joined.

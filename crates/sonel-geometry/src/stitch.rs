@@ -7,7 +7,7 @@
 use crate::Mesh;
 use crate::boundary::{OpenEdge, sides_of_faces};
 use crate::grid::BoxGrid;
-use crate::topology::shared_edges;
+use crate::topology::edges_where;
 use glam::DVec3;
 
 /// Every pass halves the number of vertices left on a rim, so that no mesh needs as many.
@@ -44,8 +44,8 @@ fn vertices_on_rims(
     tolerance: f64,
     accepts: impl Fn(&OpenEdge, u32, f64) -> bool,
 ) -> Vec<(u32, [u32; 2], Vec<u32>)> {
-    let edges = shared_edges(mesh);
-    let rims = sides_of_faces(mesh, &edges, |faces| faces != 2);
+    let edges = edges_where(mesh, |faces| faces != 2);
+    let rims = sides_of_faces(mesh, &edges, |_| true);
     let at = |vertex: u32| mesh.vertices[vertex as usize];
     let grid = edge_grid(&rims, tolerance);
     let open = edges.iter().filter(|edge| edge.faces.len() == 1);

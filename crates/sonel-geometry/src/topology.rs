@@ -51,8 +51,13 @@ impl SharedEdge {
     }
 }
 
-/// Edges in the order in which triangles first name them. Sorted, because a table of millions of edges fits no cache.
+/// Edges in the order in which triangles first name them.
 pub(crate) fn shared_edges(mesh: &Mesh) -> Vec<SharedEdge> {
+    edges_where(mesh, |_| true)
+}
+
+/// Those with a number of faces that `is_asked` for. Sides are sorted, because a table of millions of edges fits no cache.
+pub(crate) fn edges_where(mesh: &Mesh, is_asked: impl Fn(usize) -> bool) -> Vec<SharedEdge> {
     let named = mesh.triangles.iter().flat_map(MeshTriangle::sides);
     let mut sides: Vec<([u32; 2], u32)> = named.zip(0..).collect();
     sides.sort_unstable();
@@ -60,7 +65,8 @@ pub(crate) fn shared_edges(mesh: &Mesh) -> Vec<SharedEdge> {
         let faces = sides.iter().map(|(_, side)| side / 3).collect();
         (sides[0].1, SharedEdge { ends: sides[0].0, faces, is_crack: false })
     };
-    let mut edges: Vec<(u32, SharedEdge)> = sides.chunk_by(|a, b| a.0 == b.0).map(edge).collect();
+    let shared = sides.chunk_by(|a, b| a.0 == b.0).filter(|sides| is_asked(sides.len()));
+    let mut edges: Vec<(u32, SharedEdge)> = shared.map(edge).collect();
     edges.sort_unstable_by_key(|(first, _)| *first);
     edges.into_iter().map(|(_, edge)| edge).collect()
 }
