@@ -39,8 +39,10 @@ impl Chains {
             surfaces.map(|it| loss(table.material(it.material).specular.energy.largest())).collect();
         let along = |axis: usize| [0, 1].map(|end| losses[room.walls[2 * axis + end].0 as usize]);
         let means = [0, 1, 2].map(|axis| along(axis).iter().sum::<f64>() / 2.0);
-        // Images within a loss Λ fill an octahedron of half-axes Λ over the mean loss along each axis.
-        let limit = libm::cbrt(0.75 * images * means.iter().product::<f64>()).min(most);
+        // Images within a loss Λ fill an octahedron of half-axes Λ over the mean loss along each axis, or a rhombus where one axis has next to none.
+        let [x, y, z] = means;
+        let flat = libm::sqrt(0.5 * images * (x * y).min(y * z).min(z * x));
+        let limit = libm::cbrt(0.75 * images * (x * y * z)).min(flat).min(most);
         Self { costs: losses.iter().map(|&loss| libm::ceil(loss) as u32).collect(), limit: limit as u32 }
     }
 
@@ -84,6 +86,7 @@ mod tests {
         assert_eq!(orders([0.8, 0.8]), [32, 32]);
         assert_eq!(orders([0.95, 0.2]), [173, 5]);
         assert_eq!(orders([0.5, 0.0]), [13, 0]);
+        assert_eq!(orders([0.0, 1.0]), [0, 148], "two axes share the images");
         assert!(orders([1.0, 1.0]).into_iter().all(|order| (30..=33).contains(&order)));
     }
 }
