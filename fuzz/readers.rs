@@ -106,7 +106,7 @@ fn sofa(bytes: &[u8]) -> bool {
 
 fn head(bytes: &[u8]) -> bool {
     sonel_sound::Head::read(bytes, sonel_sound::SAMPLE_RATE_HZ).is_ok_and(|head| {
-        let is_finite = |ear| head.response(glam::DVec3::X, ear).taps.iter().all(|tap| tap.is_finite());
+        let is_finite = |ear| head.response(glam::DVec3::X, ear).iter().all(|sample| sample.is_finite());
         assert!((0..2).all(is_finite));
         true
     })

@@ -116,23 +116,26 @@ impl Head {
         self.triangles.weights(u)
     }
 
-    /// Impulse response of these weights at the left (0) or right (1) ear.
-    pub(crate) fn weighted(&self, weights: &Weights, ear: usize) -> Aligned {
-        Aligned::mean(weights.iter().map(|(index, weight)| (*weight, &self.responses[*index][ear])))
+    /// Left and right ear for each direction that weights are of.
+    pub(crate) fn responses(&self) -> &[[Aligned; 2]] {
+        &self.responses
     }
 
-    /// Impulse response for the unit vector `u` towards the source, x front, y left, z up, at the left (0) or right (1) ear.
-    #[must_use]
-    pub fn response(&self, u: DVec3, ear: usize) -> Aligned {
-        self.weighted(&self.weights(u), ear)
+    /// Delay of these weights at the left (0) or right (1) ear [samples]. Silent responses have none.
+    pub(crate) fn delay(&self, weights: &Weights, ear: usize) -> f64 {
+        let heard = weights.iter().map(|(index, weight)| (weight, &self.responses[*index][ear]));
+        let heard = heard.filter(|(_, response)| !response.taps.is_empty());
+        let [delay, sum] =
+            heard.fold([0.0; 2], |[delay, sum], (weight, it)| [delay + weight * it.delay, sum + weight]);
+        if sum > 0.0 { delay / sum } else { 0.0 }
     }
 }
 
 /// Delay [samples] and taps at the left and the right ear.
-type Ears = [(f64, Vec<f64>); 2];
+type BothEars = [(f64, Vec<f64>); 2];
 
 /// Unit vectors towards the sources at the largest distance, x front, y left, z up, and their responses.
-fn measured(sofar: &Sofar, sample_rate_hz: u32) -> (Vec<DVec3>, Vec<Ears>) {
+fn measured(sofar: &Sofar, sample_rate_hz: u32) -> (Vec<DVec3>, Vec<BothEars>) {
     let hrtf = sofar.hrtf();
     let places: Vec<DVec3> = hrtf
         .source_position
@@ -216,11 +219,11 @@ mod tests {
     /// Two cardioids in 26 directions, 64 samples: an ear towards a source has a pulse of 1 + ½ cos at sample 32 − 16 cos of the angle to its axis.
     const FILE: &[u8] = include_bytes!("../tests/cardioid-head.sofa");
 
-    /// Sample and value of the largest tap.
-    fn peak(response: &Aligned) -> (usize, f64) {
-        let taps = &response.taps;
-        let at = (0..taps.len()).max_by(|a, b| taps[*a].abs().total_cmp(&taps[*b].abs())).unwrap();
-        ((response.delay.round() as isize + response.first + at as isize) as usize, taps[at])
+    /// Sample and value of the largest sample from a direction.
+    fn peak(head: &Head, u: DVec3, ear: usize) -> (usize, f64) {
+        let samples = head.response(u, ear);
+        let at = (0..samples.len()).max_by(|a, b| samples[*a].abs().total_cmp(&samples[*b].abs())).unwrap();
+        (at, samples[at])
     }
 
     #[test]
@@ -234,7 +237,7 @@ mod tests {
             (DVec3::new(half, half, 0.0), (21, 1.0 + 0.5 * half), (43, 1.0 - 0.5 * half)),
         ] {
             for (ear, expected) in [left, right].into_iter().enumerate() {
-                let found = peak(&head.response(u, ear));
+                let found = peak(&head, u, ear);
                 assert!(found.0 == expected.0 && (found.1 - expected.1).abs() < 1e-6, "{u} {ear}: {found:?}");
             }
         }
@@ -245,10 +248,9 @@ mod tests {
     fn another_rate_keeps_spectrum_and_time() {
         for rate in [8000, 16_000, 44_100, 96_000, 192_000] {
             let head = Head::read(FILE, rate).unwrap();
-            let response = head.response(DVec3::Y, 0);
-            let sum: f64 = response.taps.iter().sum();
+            let sum: f64 = head.response(DVec3::Y, 0).iter().sum();
             assert!((sum / 1.5 - 1.0).abs() < 0.02, "{rate} Hz: {sum}");
-            let off = peak(&response).0 as f64 / f64::from(rate) - 1.0 / 3000.0;
+            let off = peak(&head, DVec3::Y, 0).0 as f64 / f64::from(rate) - 1.0 / 3000.0;
             assert!(off.abs() < 1.0 / f64::from(rate), "{rate} Hz: {off} s");
         }
     }

@@ -7,17 +7,17 @@
 //! |P|² does not depend on the rate. To convert a response to another rate like a recording changes it by the ratio of the rates: 9.5 dB from 48 to
 //! 16 kHz. So it is made at the rate that is wanted; bands above half of it are left out.
 
-use std::borrow::Cow;
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
 use glam::DVec3;
+use rayon::prelude::*;
 use realfft::num_complex::Complex;
 use sonel_echogram::Response;
 
-use crate::alignment::Aligned;
 use crate::ambisonics::{Axes, Frame, channels};
 use crate::crossover::Crossover;
+use crate::ears::Ears;
 use crate::fractional::Table;
 use crate::head::{self, Head};
 use crate::microphones::{self, Microphone};
@@ -47,28 +47,6 @@ impl Default for SoundSettings {
 
 /// How far a listener may be beyond the receivers [m].
 const MARGIN: f64 = 1.0;
-
-/// A delay and taps through which a pulse goes.
-pub(crate) struct Filter<'t> {
-    /// [samples].
-    delay: f64,
-    /// Place of the first tap [samples].
-    first: isize,
-    taps: Cow<'t, [f64]>,
-}
-
-impl<'t> Filter<'t> {
-    /// A gain alone.
-    pub(crate) fn gain(gain: &'t f64) -> Self {
-        Self { delay: 0.0, first: 0, taps: Cow::Borrowed(std::slice::from_ref(gain)) }
-    }
-}
-
-impl From<Aligned> for Filter<'_> {
-    fn from(Aligned { delay, first, taps }: Aligned) -> Self {
-        Self { delay, first, taps: Cow::Owned(taps) }
-    }
-}
 
 /// Makes impulse responses of one response.
 pub struct Synthesizer<'a> {
@@ -123,7 +101,7 @@ impl<'a> Synthesizer<'a> {
     /// When listed arrivals are not part of the echogram.
     pub fn impulse_response(&self, s: usize, r: usize) -> Result<Vec<f32>, SoundError> {
         let pulses = self.pulses((s, r))?;
-        self.filtered(&pulses, |_| Filter::gain(&1.0))
+        self.with_gains(&pulses, |_| 1.0)
     }
 
     /// The same at every microphone of an array about the receiver. Late sound of a response with directions reaches them from those.
@@ -135,7 +113,7 @@ impl<'a> Synthesizer<'a> {
         let pulses = self.pulses((s, r))?;
         let of_microphone = |microphone: &Microphone| {
             let pulses = microphones::displaced(&pulses, microphone, self.response.speed_of_sound)?;
-            self.filtered(&pulses, |_| Filter::gain(&1.0))
+            self.with_gains(&pulses, |_| 1.0)
         };
         array.iter().map(of_microphone).collect()
     }
@@ -153,9 +131,7 @@ impl<'a> Synthesizer<'a> {
     ) -> Result<Vec<Vec<f32>>, SoundError> {
         let (pulses, frame) = self.directed_pulses((s, r), (axes, up))?;
         let gains: Vec<Vec<f64>> = pulses.direction.iter().map(|u| frame.gains(order, *u)).collect();
-        (0..channels(order))
-            .map(|channel| self.filtered(&pulses, |pulse| Filter::gain(&gains[pulse][channel])))
-            .collect()
+        (0..channels(order)).map(|channel| self.with_gains(&pulses, |pulse| gains[pulse][channel])).collect()
     }
 
     /// The same at the left and the right ear of a `head` that looks along [`Axes::Aim`], with `up` a unit vector: every pulse through the responses of
@@ -171,7 +147,16 @@ impl<'a> Synthesizer<'a> {
     ) -> Result<Vec<Vec<f32>>, SoundError> {
         let (pulses, frame) = self.directed_pulses((s, r), (Axes::Aim, up))?;
         let weights: Vec<_> = pulses.direction.iter().map(|u| head.weights(frame.local(*u))).collect();
-        (0..2).map(|ear| self.filtered(&pulses, |pulse| head.weighted(&weights[pulse], ear).into())).collect()
+        let ears = Ears::new(head);
+        let at_ear = |ear: usize| {
+            let spectrum = self.in_bands(&pulses, |alike| {
+                let pulse =
+                    |pulse: &usize| (self.place(&pulses, *pulse), pulses.gain[*pulse], &weights[*pulse]);
+                ears.sum(ear, &alike.iter().map(pulse).collect::<Vec<_>>())
+            })?;
+            Ok(self.pressure(spectrum))
+        };
+        [0, 1].into_par_iter().map(at_ear).collect()
     }
 
     fn pulses(&self, (s, r): (usize, usize)) -> Result<Pulses, SoundError> {
@@ -218,50 +203,56 @@ impl<'a> Synthesizer<'a> {
         pressure[self.padding..self.padding + self.samples].iter().map(|value| *value as f32).collect()
     }
 
-    /// The sum of all pulses, each through a filter.
-    fn filtered<'t>(
-        &self,
-        pulses: &Pulses,
-        filter_of: impl Fn(usize) -> Filter<'t>,
-    ) -> Result<Vec<f32>, SoundError> {
-        Ok(self.pressure(self.spectrum(pulses, filter_of)?))
+    /// The sum of all pulses with their gains.
+    fn with_gains(&self, pulses: &Pulses, gain: impl Fn(usize) -> f64) -> Result<Vec<f32>, SoundError> {
+        Ok(self.pressure(self.spectrum(pulses, gain)?))
     }
 
-    /// Spectrum of the sum of all pulses, each through a filter, in their bands.
-    pub(crate) fn spectrum<'t>(
+    /// Time of a pulse [samples].
+    fn place(&self, pulses: &Pulses, pulse: usize) -> f64 {
+        pulses.time[pulse] * f64::from(self.settings.sample_rate_hz)
+    }
+
+    /// Spectrum of the sum of all pulses with their gains, in their bands.
+    pub(crate) fn spectrum(
         &self,
         pulses: &Pulses,
-        filter_of: impl Fn(usize) -> Filter<'t>,
+        gain: impl Fn(usize) -> f64,
+    ) -> Result<Spectrum, SoundError> {
+        self.in_bands(pulses, |alike| {
+            let begin = self.place(pulses, alike[0]).floor() as isize + 1 - fractional::HALF as isize;
+            let mut sum = Vec::new();
+            for &pulse in alike {
+                let at = self.place(pulses, pulse);
+                // Those of late sound are too many to be exact.
+                let (first, values) =
+                    if pulse < pulses.listed { fractional::pulse(at) } else { self.table.pulse(at) };
+                let first = (first - begin) as usize;
+                sum.resize(sum.len().max(first + values.len()), 0.0);
+                let gain = gain(pulse) * pulses.gain[pulse];
+                sum[first..].iter_mut().zip(&values).for_each(|(sum, value)| *sum += gain * value);
+            }
+            (begin, sum)
+        })
+    }
+
+    /// Spectrum of the sum of all pulses in their bands; `sum_of` gives the sum of some of one shape, in ascending order of times, and the number of its
+    /// first sample.
+    fn in_bands(
+        &self,
+        pulses: &Pulses,
+        sum_of: impl Fn(&[usize]) -> (isize, Vec<f64>),
     ) -> Result<Spectrum, SoundError> {
         let bands = self.response.bands();
         let mut trains = vec![self.transform.silence(); bands];
         let mut order: Vec<usize> = (0..pulses.time.len()).collect();
-        order.sort_by_key(|pulse| pulses.shape[*pulse]);
-        // All pulses of a shape, and from where on.
-        let (mut sum, mut filters) = (Vec::new(), Vec::new());
+        order.sort_by(|a, b| {
+            let time = |pulse: &usize| pulses.time[*pulse];
+            pulses.shape[*a].cmp(&pulses.shape[*b]).then(time(a).total_cmp(&time(b)))
+        });
         for alike in order.chunk_by(|a, b| pulses.shape[*a] == pulses.shape[*b]) {
             self.go_on()?;
-            filters.clear();
-            filters.extend(alike.iter().map(|pulse| filter_of(*pulse)));
-            let place = |(pulse, filter): (&usize, &Filter<'_>)| {
-                pulses.time[*pulse] * f64::from(self.settings.sample_rate_hz) + filter.delay
-            };
-            let begins = alike.iter().zip(&filters).map(|both| place(both).floor() as isize + both.1.first);
-            let begin = begins.min().unwrap_or(0) + 1 - fractional::HALF as isize;
-            sum.clear();
-            for (&pulse, filter) in alike.iter().zip(&filters) {
-                // Those of late sound are too many to be exact.
-                let at = place((&pulse, filter));
-                let (first, mut values) =
-                    if pulse < pulses.listed { fractional::pulse(at) } else { self.table.pulse(at) };
-                values.iter_mut().for_each(|value| *value *= pulses.gain[pulse]);
-                let (first, taps) = ((first + filter.first - begin) as usize, &filter.taps);
-                let end = first + values.len() + taps.len() - 1;
-                sum.resize(sum.len().max(end), 0.0);
-                for (at, tap) in taps.iter().enumerate() {
-                    sum[first + at..].iter_mut().zip(&values).for_each(|(sum, value)| *sum += tap * value);
-                }
-            }
+            let (begin, sum) = sum_of(alike);
             let shape = pulses.shape(pulses.shape[alike[0]] as usize, bands);
             let first = self.padding.saturating_add_signed(begin);
             for (train, amplitude) in trains.iter_mut().zip(shape) {

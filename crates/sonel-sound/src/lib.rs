@@ -16,6 +16,7 @@ pub mod alignment;
 pub mod ambisonics;
 pub mod convolution;
 pub mod crossover;
+mod ears;
 mod error;
 pub mod fractional;
 pub mod head;

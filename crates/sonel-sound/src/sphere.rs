@@ -121,6 +121,7 @@ fn sum(factors: &[Complex<f64>], cosine: f64) -> Complex<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ears::Ears;
     use crate::fractional;
 
     /// Long waves see no head; short ones are doubled at the side they come from, as at a wall.
@@ -138,17 +139,6 @@ mod tests {
     }
 
     const ONSET: f64 = 0.031_6;
-
-    /// A response on a grid of samples.
-    fn taps(response: &Aligned) -> Vec<f64> {
-        let mut taps = vec![0.0; 2 * LENGTH];
-        let (first, pulse) = fractional::pulse(response.delay + 100.0);
-        for (at, tap) in response.taps.iter().enumerate() {
-            let begin = (first + response.first) as usize + at;
-            taps[begin..].iter_mut().zip(&pulse).for_each(|(sum, value)| *sum += tap * value);
-        }
-        taps
-    }
 
     /// First time at which taps below 3 kHz exceed −30 dB of their peak, between samples [µs]: as listeners lateralise [AndreopoulouKatz2017].
     fn onset(taps: &[f64]) -> f64 {
@@ -169,10 +159,12 @@ mod tests {
     #[test]
     fn the_farther_ear_hears_later_by_the_way_around() {
         let head = Head::sphere();
+        let ears = Ears::new(&head);
+        let response = |u, ear| ears.sum(ear, &[(100.0, 1.0, &head.weights(u))]).1;
         for azimuth in [30.0_f64, 60.0, 90.0] {
             let angle = azimuth.to_radians();
             let u = DVec3::new(angle.cos(), angle.sin(), 0.0);
-            let [left, right] = [0, 1].map(|ear| onset(&taps(&head.response(u, ear))));
+            let [left, right] = [0, 1].map(|ear| onset(&response(u, ear)));
             let expected = RADIUS / SPEED * (angle + angle.sin()) * 1e6;
             assert!(
                 (right - left - expected).abs() < 80.0,
@@ -209,6 +201,8 @@ mod tests {
         let grid = (-9..=9).flat_map(|row| (0..36).map(move |column| (f64::from(row), f64::from(column))));
         let grid = grid.filter(|(row, column)| row.abs() < 9.0 || *column == 0.0);
         let head = Head::sphere_from(grid.map(|(row, column)| unit(10.0 * column, 10.0 * row)).collect());
+        let ears = Ears::new(&head);
+        let response = |u, ear| ears.sum(ear, &[(100.0, 1.0, &head.weights(u))]).1;
         let exact: Vec<(f64, Vec<f64>)> = responses()
             .iter()
             .map(|response| {
@@ -222,7 +216,7 @@ mod tests {
         let (mut differences, mut nearest, mut levels) = (Vec::new(), Vec::new(), 0.0_f64);
         for azimuth in 0..=180 {
             let u = unit(azimuth as f64, 0.0);
-            let found = [0, 1].map(|ear| taps(&head.response(u, ear)));
+            let found = [0, 1].map(|ear| response(u, ear));
             let [near, far] = angles(azimuth).map(|angle| &exact[angle]);
             differences.push(onset(&found[1]) - onset(&found[0]) - (far.0 - near.0));
             let [left, right] = angles((azimuth + 5) / 10 * 10).map(|angle| exact[angle].0);

@@ -22,7 +22,7 @@ use sonel_echogram::Response;
 use crate::ambisonics::{Frame, channels};
 use crate::crossover::Crossover;
 use crate::fractional::HALF;
-use crate::impulse::{Filter, SoundSettings, Step, Synthesizer};
+use crate::impulse::{SoundSettings, Step, Synthesizer};
 use crate::microphones::{self, Microphone};
 use crate::path::Path;
 use crate::pulses::Pulses;
@@ -218,8 +218,7 @@ impl Walk<'_> {
                 .map_err(|_| SoundError::ThroughSource { time_s: samples.start as f64 / rate })?;
                 let gains: Vec<Vec<f64>> = pulses.direction.iter().map(|u| spot.gains(*u)).collect();
                 for (channel, response) in responses.iter_mut().enumerate() {
-                    let spectrum =
-                        self.synthesizer.spectrum(&pulses, |pulse| Filter::gain(&gains[pulse][channel]))?;
+                    let spectrum = self.synthesizer.spectrum(&pulses, |pulse| gains[pulse][channel])?;
                     let part = self.synthesizer.transform.signal(spectrum);
                     response.iter_mut().zip(part).for_each(|(sum, sample)| *sum += weight * sample);
                 }
@@ -381,8 +380,7 @@ impl Walk<'_> {
             Spot::Ambisonics(..) => pulses.direction.iter().map(|u| spot.gains(*u)).collect(),
         };
         let of_channel = |channel: usize| {
-            let mut spectrum =
-                self.synthesizer.spectrum(&pulses, |pulse| Filter::gain(&gains[pulse][channel]))?;
+            let mut spectrum = self.synthesizer.spectrum(&pulses, |pulse| gains[pulse][channel])?;
             if let Some(equalizer) = equalizer {
                 spectrum = through(&spectrum, equalizer);
             }
