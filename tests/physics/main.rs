@@ -11,6 +11,7 @@ mod diffuse_sphere;
 mod directions;
 mod directivity;
 mod effects;
+mod forked_paths;
 mod free_field;
 mod furniture;
 mod general_position;

@@ -1,7 +1,7 @@
 //! What a part of the sonels of a source tells before anything is rendered: how they are selected, and where they are seen.
 
 use rayon::prelude::*;
-use sonel_map::{PathWeight, lanes_of};
+use sonel_map::{Along, PathWeight, lanes_of};
 use sonel_sampling::{Purpose, StreamFamily};
 
 use super::Renderer;
@@ -76,15 +76,16 @@ impl Renderer<'_> {
         let mut weight = PathWeight::of(&self.prepared.table);
         for path in self.map.batch_paths(source as u32, batch) {
             let mut selector = Selector::new(choices.stream(path.emission).uniform_fine());
-            let mut reflected_at = 0.0;
+            let mut reflected_at = Along::new(0.0);
             self.follow_path(path, source, 1.0, &mut weight, |segment, arriving| {
+                reflected_at.enter(segment);
                 let Some(arrival) = segment.arrival else { return };
                 counts.count(segment.end_length, segment.end, arriving);
                 if selector.takes(share) {
-                    let free_path = segment.end_length - reflected_at;
+                    let free_path = segment.end_length - reflected_at.now;
                     sample.add(self.geometry, segment, arrival, free_path);
                 }
-                reflected_at = segment.end_length;
+                reflected_at.now = segment.end_length;
             });
         }
         (counts, sample)
