@@ -1,7 +1,7 @@
 //! Pulses at the ears of a head, summed as spectra.
 //!
 //! Late sound has tens of thousands of pulses a second, each with a delay and a mean of measured responses of its own. In a spectrum the delay is
-//! a turn and the mean a sum over frequencies; in time it is the product of the lengths of a pulse and a response.
+//! a turn and the mean a sum over frequencies. In time each would cost the product of the lengths of a pulse and a response.
 
 use std::f64::consts::TAU;
 
@@ -92,7 +92,8 @@ impl<'h> Ears<'h> {
 }
 
 impl Head {
-    /// Impulse response for the unit vector `u` towards the source, x front, y left, z up, at the left (0) or right (1) ear.
+    /// Impulse response for the unit vector `u` towards the source, x front, y left, z up, at the left (0) or right (1) ear: samples from
+    /// when sound would arrive at the centre of the head.
     #[must_use]
     pub fn response(&self, u: DVec3, ear: usize) -> Vec<f64> {
         let (begin, samples) = Ears::new(self).sum(ear, &[(0.0, 1.0, &self.weights(u))]);
