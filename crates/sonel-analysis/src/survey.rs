@@ -6,7 +6,9 @@
 
 use rayon::prelude::*;
 use sonel_geometry::Geometry;
-use sonel_map::{BandClasses, BandValues, ChunkLedger, Lanes, Ledger, PathView, PathWeight, SonelMap, sweep};
+use sonel_map::{
+    BandClasses, BandValues, ChunkLedger, Lanes, Ledger, PathView, PathWeight, Segment, SonelMap, sweep,
+};
 
 use crate::reading::Reading;
 
@@ -107,20 +109,37 @@ impl Reading<'_> {
         ledger: &mut ChunkLedger,
         found: &mut Survey,
     ) {
-        let Reading { emissions, table, bands, .. } = self;
+        let Reading { table, bands, .. } = self;
+        self.account(source, path, weight, ledger, |segment| {
+            if let Some(arrival) = segment.arrival {
+                let row = &*table.row(arrival.surface, segment.direction());
+                found.surfaces[arrival.surface.0 as usize].add(segment.energy, &row.dissipated);
+                found.order(segment.history.order, *bands).add(segment.energy, &row.dissipated);
+            }
+        });
+    }
+
+    /// Enters a path in `ledger`, and visits its segments, with energies as parts of what its source emits.
+    pub(crate) fn account(
+        &self,
+        source: u32,
+        path: PathView<'_>,
+        weight: &mut PathWeight,
+        ledger: &mut ChunkLedger,
+        mut visit: impl FnMut(&Segment<'_>),
+    ) {
+        let Reading { emissions, table, .. } = self;
         let share = emissions.share(path.emission);
         emissions.emit(source, path.emission, share, weight);
         ledger.emitted(share, &emissions.start(path.emission).expected, weight.energy());
         sweep(emissions.origin(source), path.vertices, table, weight, |segment| {
+            visit(segment);
             if segment.is_part {
                 return;
             }
             ledger.segment(segment.energy, segment.leaves_wall);
             if let Some(arrival) = segment.arrival {
-                let row = &*table.row(arrival.surface, segment.direction());
-                ledger.arrived(segment.energy, row);
-                found.surfaces[arrival.surface.0 as usize].add(segment.energy, &row.dissipated);
-                found.order(segment.history.order, *bands).add(segment.energy, &row.dissipated);
+                ledger.arrived(segment.energy, &table.row(arrival.surface, segment.direction()));
             }
             if segment.event.is_final() {
                 ledger.ended(segment.event, segment.energy);

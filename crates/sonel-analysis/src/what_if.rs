@@ -11,10 +11,12 @@
 use rayon::prelude::*;
 use sonel_acoustics::Material;
 use sonel_geometry::Geometry;
-use sonel_map::{Along, BandLedger, BandValues, Leads, MapHeader, PathWeight, SonelMap, Spectral};
+use sonel_map::{
+    Along, BandClasses, BandLedger, BandValues, ChunkLedger, Leads, Ledger, MapHeader, PathWeight, SonelMap,
+    Spectral,
+};
 
 use crate::reading::Reading;
-use crate::survey::survey;
 
 /// Largest difference of energy balances, as a share of the emitted energy [1]: 0.04 dB. Chosen, not measured.
 const BALANCE_SHARE: f64 = 0.01;
@@ -42,10 +44,10 @@ pub struct Fitness {
     pub warnings: Vec<String>,
 }
 
-/// Whether the paths of `map` carry the materials it has been given ([`SonelMap::change`]). Its paths must be valid
+/// Whether the paths of the first `batches` of `map` carry the materials it has been given ([`SonelMap::change`]). They must be valid
 /// ([`SonelMap::check_paths`]); `geometry` is that of its scene.
 #[must_use]
-pub fn fitness(map: &SonelMap, geometry: &Geometry) -> Fitness {
+pub fn fitness(map: &SonelMap, geometry: &Geometry, batches: u32) -> Fitness {
     if map.drawn_with().is_none() {
         return Fitness::default();
     }
@@ -53,16 +55,16 @@ pub fn fitness(map: &SonelMap, geometry: &Geometry) -> Fitness {
     if !refusals.is_empty() {
         return Fitness { refusals, warnings: Vec::new() };
     }
-    let ledger = survey(map, geometry).ledger;
+    let Read { ledger, sums } = read(map, geometry, batches);
     let (traced, scene) = (map.ledger(), &map.header().scene);
     let mut flaws = Flaws::default();
     for (band, &center) in scene.bands.nominal().iter().enumerate() {
-        flaws.balance(center, &ledger.bands[band], traced.bands[band].truncated);
+        let traced = &traced.bands[band];
+        flaws.balance(center, &ledger.bands[band], traced.truncated / traced.emitted);
     }
     if flaws.refused.iter().any(|refused| !refused.is_empty()) {
         return flaws.fitness();
     }
-    let sums = sums(map, geometry);
     for (band, &center) in scene.bands.nominal().iter().enumerate() {
         flaws.paths(center, widest(&sums, band, scene.duration));
     }
@@ -77,7 +79,7 @@ struct Flaws {
 }
 
 impl Flaws {
-    /// Looks at the ledger of a band with the new weights, and at what was truncated as traced.
+    /// Looks at the ledger of a band with the new weights, and at the share of energy that was truncated as traced.
     fn balance(&mut self, center: f64, found: &BandLedger, traced: f64) {
         let allowed = (BALANCE_SHARE * found.emitted).max(BALANCE_SIGMAS * found.sampling_sigma());
         let percent = |energy: f64| 100.0 * energy / found.emitted;
@@ -86,7 +88,7 @@ impl Flaws {
             let sentence = format!("the energy balance with the changed materials errs by {error:.1} %");
             self.refused[0].push((center, error.abs(), sentence));
         }
-        if found.truncated > (TRUNCATED_SHARE * found.emitted).max(2.0 * traced) {
+        if found.truncated > (TRUNCATED_SHARE * found.emitted).max(2.0 * traced * found.emitted) {
             let left = percent(found.truncated);
             let sentence = format!(
                 "the paths of this map end with {left:.2} % of the energy left: they need a longer duration"
@@ -246,39 +248,46 @@ impl Excess {
     }
 }
 
-/// The sums by window and band, batch by batch so that they do not depend on the number of threads.
-fn sums(map: &SonelMap, geometry: &Geometry) -> Vec<Vec<Sums>> {
+/// What paths say.
+struct Read {
+    ledger: Ledger,
+    /// By window and band.
+    sums: Vec<Vec<Sums>>,
+}
+
+/// Reads the first `batches`, one by one so that sums do not depend on the number of threads.
+fn read(map: &SonelMap, geometry: &Geometry, batches: u32) -> Read {
     let (reading, excess) = (Reading::new(map, geometry), Excess::new(map));
     let sources = 0..map.header().scene.sources.len() as u32;
-    let batches: Vec<(u32, u32)> = sources
-        .flat_map(|source| (0..reading.emissions.layout.batches).map(move |batch| (source, batch)))
-        .collect();
-    let of = |(source, batch)| sums_of_batch(&reading, &excess, geometry, source, batch);
-    let found: Vec<Vec<Vec<Sums>>> = batches.into_par_iter().map(of).collect();
-    let mut total = vec![vec![Sums::default(); reading.bands]; WINDOWS];
+    let batches: Vec<(u32, u32)> =
+        sources.flat_map(|source| (0..batches).map(move |batch| (source, batch))).collect();
+    let of = |batch| read_batch(&reading, &excess, geometry, batch);
+    let found: Vec<Read> = batches.into_par_iter().map(of).collect();
+    let nothing = vec![vec![Sums::default(); reading.bands]; WINDOWS];
+    let mut total = Read { ledger: Ledger::new(reading.bands), sums: nothing };
     for found in &found {
-        for (mine, theirs) in total.iter_mut().flatten().zip(found.iter().flatten()) {
+        total.ledger.add(&found.ledger);
+        for (mine, theirs) in total.sums.iter_mut().flatten().zip(found.sums.iter().flatten()) {
             mine.add(theirs);
         }
     }
     total
 }
 
-fn sums_of_batch(
+fn read_batch(
     reading: &Reading<'_>,
     excess: &Excess,
     geometry: &Geometry,
-    source: u32,
-    batch: u32,
-) -> Vec<Vec<Sums>> {
+    (source, batch): (u32, u32),
+) -> Read {
     let scene = &reading.map.header().scene;
     let step = scene.duration * scene.speed_of_sound / WINDOWS as f64;
     let mut sums = vec![vec![Sums::default(); reading.bands]; WINDOWS];
-    let mut weight = PathWeight::of(&reading.table);
+    let (mut weight, mut ledger) = (PathWeight::of(&reading.table), ChunkLedger::new(reading.bands));
     let none = vec![vec![0.0; reading.bands]; reading.table.leads()];
     for path in reading.map.batch_paths(source, batch) {
         let mut exponents = Along::new(none.clone());
-        reading.follow(source, path, 1.0, &mut weight, |segment| {
+        reading.account(source, path, &mut weight, &mut ledger, |segment| {
             exponents.enter(segment);
             let Some(arrival) = segment.arrival else { return };
             let window = ((segment.end_length / step) as usize).min(WINDOWS - 1);
@@ -293,5 +302,5 @@ fn sums_of_batch(
             }
         });
     }
-    sums
+    Read { ledger: ledger.finish(&BandClasses::separate(reading.bands)), sums }
 }

@@ -51,6 +51,8 @@ pub(crate) struct Design {
     pub map: SonelMap,
     /// Its walls.
     pub geometry: Arc<Geometry>,
+    /// The first batches, whose paths carry it.
+    pub batches: u32,
     /// Why intervals are wider than those of another trace.
     pub warnings: Vec<String>,
 }
@@ -121,15 +123,16 @@ impl Prepared {
         Ok(renderer)
     }
 
-    /// The design with `materials` and `sources`, which `make` makes where it is not kept.
+    /// The design with `materials` and `sources`, which the paths of `batches` carry; `make` makes it where it is not kept.
     pub(crate) fn design(
         &self,
         materials: Vec<Material>,
         sources: Vec<Source>,
+        batches: u32,
         make: impl FnOnce(Vec<Material>, Vec<Source>) -> Result<Design>,
     ) -> Result<Design> {
         let wanted = (materials, sources);
-        if let Some(design) = kept(&self.designs, &wanted) {
+        if let Some(design) = kept(&self.designs, &wanted).filter(|kept| kept.batches >= batches) {
             return Ok(design);
         }
         let made = make(wanted.0.clone(), wanted.1.clone())?;

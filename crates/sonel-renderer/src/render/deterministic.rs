@@ -31,6 +31,8 @@ struct Emitted<'a> {
     image_sources: &'a ImageSources,
     /// What edges see of the source, where any diffract.
     over_edges: Option<&'a Images<'a>>,
+    /// Share of the map's batches that is rendered.
+    share: f64,
 }
 
 /// Deterministic arrivals at one receiver.
@@ -124,7 +126,8 @@ impl Renderer<'_> {
         let images = edges.map(|edges| {
             edges.of_source(self.geometry, &self.prepared.table, radiator.position, image_sources)
         });
-        let emitted = Emitted { air, radiator, image_sources, over_edges: images.as_ref() };
+        let share = rendering.batches.len() as f64 / self.prepared.emissions.batches.len() as f64;
+        let emitted = Emitted { air, radiator, image_sources, over_edges: images.as_ref(), share };
         let parts: Vec<Part<'_>> = receivers
             .par_iter()
             .zip(borders)
@@ -158,7 +161,7 @@ impl Renderer<'_> {
         borders: &'b [f64],
         others: &[f64],
     ) -> Part<'b> {
-        let Emitted { air, radiator, image_sources, over_edges } = *emitted;
+        let Emitted { air, radiator, image_sources, over_edges, share } = *emitted;
         let air = self.prepared.airs.air(air);
         let mut part = Part::new(self, index, receiver, air, borders);
         let at = ReceiverContext {
@@ -169,6 +172,7 @@ impl Renderer<'_> {
             receiver: receiver.exact,
             sensitivity: receiver.sensitivity,
             complete_order: image_sources.order(),
+            share,
         };
         let listed = self.prepared.settings.mirror_order.unwrap_or(LISTED_ORDER);
         let class = |order: u32| usize::from(order > 0);

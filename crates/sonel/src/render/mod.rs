@@ -156,7 +156,7 @@ impl Map {
         let watch = Watch(observer);
         watch.require_clock(options.at_most)?;
         let begun = watch.seconds().1;
-        let Design { map, geometry, warnings } = self.changed(options)?;
+        let Design { map, geometry, warnings, .. } = self.changed(options)?;
         let scene = &map.header().scene;
         let settings = options.settings(scene)?;
         let (shown, audience) = (options.grid.as_ref(), options.audience.as_ref());
@@ -192,23 +192,26 @@ impl Map {
         let scene = &of_file.header().scene;
         let (variant, file) = (options.variant.as_deref(), options.materials.as_deref());
         let (materials, sources) = change::changed(scene, variant, file, &options.set)?;
-        self.prepared().design(materials, sources, |materials, sources| self.design(materials, sources))
+        let batches = options.batches.unwrap_or(u32::MAX).min(of_file.layout().batches);
+        let make = |materials, sources| self.design(materials, sources, batches);
+        self.prepared().design(materials, sources, batches, make)
     }
 
     /// The map as it was traced.
     fn unchanged(&self) -> Result<Design> {
-        Ok(Design { map: self.sonels().clone(), geometry: self.walls()?, warnings: Vec::new() })
+        let (map, warnings) = (self.sonels().clone(), Vec::new());
+        Ok(Design { batches: map.layout().batches, map, geometry: self.walls()?, warnings })
     }
 
-    /// The map with other materials and directivities.
-    fn design(&self, materials: Vec<Material>, sources: Vec<Source>) -> Result<Design> {
+    /// The map with other materials and directivities, which the paths of `batches` carry.
+    fn design(&self, materials: Vec<Material>, sources: Vec<Source>, batches: u32) -> Result<Design> {
         let geometry = self.walls()?;
         let label = || self.label().to_owned();
         let mut map = self.sonels().clone();
         map.require_whole().at(label)?;
         self.check()?;
         map.change(materials, sources);
-        let Fitness { refusals, warnings } = fitness(&map, &geometry);
+        let Fitness { refusals, warnings } = fitness(&map, &geometry, batches);
         let command = || remedy::command(map.header(), map.drawn_with(), &geometry, self.label());
         if !refusals.is_empty() {
             let reasons = refusals.join("\nerror: ");
@@ -218,16 +221,13 @@ impl Map {
                 command()
             )));
         }
-        let command = if warnings.is_empty() { String::new() } else { command() };
-        let warnings = warnings
-            .into_iter()
-            .map(|sentence| format!("{sentence}; for narrower intervals: {command}"))
-            .collect();
+        let warned = |sentence| format!("{sentence}; for narrower intervals: {}", command());
+        let warnings = warnings.into_iter().map(warned).collect();
         let geometry = match map.header().scene.has_faces_of(&self.sonels().header().scene) {
             true => geometry,
             false => Arc::new(map.header().scene.geometry().at(label)?),
         };
-        Ok(Design { map, geometry, warnings })
+        Ok(Design { map, geometry, batches, warnings })
     }
 }
 

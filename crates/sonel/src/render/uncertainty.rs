@@ -224,7 +224,7 @@ impl Map {
             )));
         }
         let materials = coefficients::rendered_with(&scene.materials, &changed.materials, 0.0);
-        self.design(materials, scene.sources.clone())
+        self.design(materials, scene.sources.clone(), self.sonels().layout().batches)
     }
 }
 

@@ -99,6 +99,21 @@ fn renderings_are_refined_up_to_the_whole_map() {
     assert!(half_width(&refined[0]) > half_width(&refined[3]));
 }
 
+/// A change is judged by the batches that are rendered: one that few have carried is judged anew for all.
+#[test]
+fn all_batches_are_judged_though_a_few_were_before() {
+    let warned = |map: &Map, batches| {
+        let set = vec!["materials.walls.scattering=0.73".parse().expect("a change")];
+        let options = RenderOptions { set, batches, ..RenderOptions::default() };
+        format!("{:?}", map.render(&[], &options, &Silent).map(|rendered| rendered.warnings))
+    };
+    let fresh = || room().trace(&options(500), &Silent).expect("a map").map;
+    let map = fresh();
+    let (few, all) = (warned(&map, Some(4)), warned(&map, None));
+    assert_eq!(all, warned(&fresh(), None));
+    assert_ne!(all, few, "both have the same warning: the test would not see which batches were judged");
+}
+
 #[test]
 fn batches_that_a_map_lacks_are_refused() {
     let map = room().trace(&TraceOptions { batches: Some(5), ..options(200) }, &Silent).expect("a map").map;

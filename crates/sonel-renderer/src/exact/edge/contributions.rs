@@ -4,7 +4,7 @@
 //! most about 1/(4 + 20 N) of the free field over its way for every edge, N the Fresnel number of the detour: the formula of [Maekawa1968] at its
 //! upper side, where half a plane takes 1/4 on the boundary and 1/(4π² N) far in shadow. Far from its boundary an edge shorter than the first Fresnel
 //! zone sends less, as its length squared. Contributions are computed in the order of these bounds, over the energy of their band, until what is left
-//! out is expected to change the bands by no more than [`AUDIBLE`].
+//! out is expected to change the bands by no more than [`AUDIBLE`]; with a share p of the batches, whose intervals are wider, by √√(1/p) as much.
 //!
 //! What is left out changes a band by a value of standard deviation 0.045 (B/E)^¾ √v, with B the sum of its bounds, E the energy of the band, and v the
 //! energies of what has been computed over their bounds. It is our own: between interference of random sign, √B, and energies, B, and fitted
@@ -84,6 +84,8 @@ pub(super) struct Ranked {
     next: usize,
     /// Number of those that nothing blocks.
     seen: usize,
+    /// [`AUDIBLE`] for the share of the batches.
+    audible: f64,
 }
 
 /// Searches for all contributions at a receiver.
@@ -158,7 +160,8 @@ impl Search<'_> {
         // Ties stay in the order in which they were found.
         weighed.sort_by(|one, other| other.0.total_cmp(&one.0));
         let contributions = weighed.into_iter().map(|(_, one)| one).collect();
-        Ranked { contributions, bounds, rest, found, computed: vec![[0.0; 2]; bands], next: 0, seen: 0 }
+        let (computed, audible) = (vec![[0.0; 2]; bands], AUDIBLE / self.at.share.sqrt().sqrt());
+        Ranked { contributions, bounds, rest, found, computed, next: 0, seen: 0, audible }
     }
 
     /// Visits all contributions of an image of the source, with their ends and edges.
@@ -313,10 +316,10 @@ impl Ranked {
         self.next
     }
 
-    /// Whether the others are expected to change the bands by no more than [`AUDIBLE`].
+    /// Whether the others are expected to change the bands by no more than is audible.
     fn is_enough(&self) -> bool {
         let square = self.left_out().map(|change| change * change).sum::<f64>();
-        self.next >= SURE && square <= AUDIBLE * AUDIBLE * self.rest.len() as f64
+        self.next >= SURE && square <= self.audible * self.audible * self.rest.len() as f64
     }
 
     /// Standard deviation of what the others change each band by, as a share of its energy: they interfere either way.

@@ -113,6 +113,8 @@ pub(crate) struct ReceiverContext<'a> {
     pub sensitivity: Sensitivity,
     /// K: mirror images of at most so many reflections are known completely.
     pub complete_order: u32,
+    /// Share of the map's batches that is rendered.
+    pub share: f64,
 }
 
 impl Edges {
