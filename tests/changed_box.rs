@@ -67,7 +67,7 @@ pub fn scene(walls: &Walls, others: &[Walls]) -> Scene {
 pub fn changed(scene: &Scene, walls: &Walls, settings: Settings) -> (Traced, Fitness) {
     let mut traced = Traced::new(scene.clone(), settings);
     traced.map.change(materials(walls), scene.sources.clone());
-    let fitness = fitness(&traced.map, &traced.geometry);
+    let fitness = fitness(&traced.map, &traced.geometry, traced.map.layout().batches);
     (traced, fitness)
 }
 

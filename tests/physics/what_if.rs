@@ -44,7 +44,7 @@ fn trace(scene: &Scene, seed: u64) -> Traced {
 fn as_if(scene: &Scene, other: &Scene) -> (Traced, Fitness) {
     let mut traced = trace(scene, 1);
     traced.map.change(other.materials.clone(), other.sources.clone());
-    let fitness = fitness(&traced.map, &traced.geometry);
+    let fitness = fitness(&traced.map, &traced.geometry, traced.map.layout().batches);
     (traced, fitness)
 }
 

@@ -10,7 +10,7 @@ use crate::grid::BoxGrid;
 use crate::topology::edges_where;
 use glam::DVec3;
 
-/// Every pass halves the number of vertices left on a rim, so that no mesh needs as many.
+/// A pass leaves a triangle two sides at most, and new corners lie on few further rims: no mesh needs as many.
 const PASSES: usize = 64;
 
 /// Divides triangles at the vertices within `tolerance` [m] of their rims that `accepts` takes for a rim, given where they lie along it
@@ -24,11 +24,19 @@ pub(crate) fn stitch_where(
     for _ in 0..PASSES {
         let before = divisions;
         let mut done = vec![false; mesh.triangles.len()];
-        for (face, ends, vertices) in vertices_on_rims(mesh, tolerance, &accepts) {
-            // One division of a triangle at a time; its parts are looked at again.
-            if !std::mem::replace(&mut done[face as usize], true) {
-                divide(mesh, face, ends, vertices[vertices.len() / 2]);
-                divisions += 1;
+        for (mut rest, vertices) in vertices_on_rims(mesh, tolerance, &accepts) {
+            // One side of a triangle at a time; its parts are looked at again.
+            if std::mem::replace(&mut done[rest.face as usize], true) {
+                continue;
+            }
+            for vertex in vertices {
+                let place = mesh.vertices[vertex as usize];
+                let share = share_along(rest.points, place, tolerance);
+                if share.is_some_and(|share| accepts(&rest, vertex, share)) {
+                    divide(mesh, rest.face, rest.ends, vertex);
+                    (rest.ends[0], rest.points[0]) = (vertex, place);
+                    divisions += 1;
+                }
             }
         }
         if divisions == before {
@@ -38,12 +46,12 @@ pub(crate) fn stitch_where(
     divisions
 }
 
-/// For each rim with vertices on it: its triangle, its ends, and those vertices in order along it.
+/// Rims with vertices on them, in order along them.
 fn vertices_on_rims(
     mesh: &Mesh,
     tolerance: f64,
     accepts: impl Fn(&OpenEdge, u32, f64) -> bool,
-) -> Vec<(u32, [u32; 2], Vec<u32>)> {
+) -> Vec<(OpenEdge, Vec<u32>)> {
     let edges = edges_where(mesh, |faces| faces != 2);
     let rims = sides_of_faces(mesh, &edges, |_| true);
     let at = |vertex: u32| mesh.vertices[vertex as usize];
@@ -64,11 +72,11 @@ fn vertices_on_rims(
             }
         }
     }
-    let occupied = rims.iter().zip(found).filter(|(_, vertices)| !vertices.is_empty());
+    let occupied = rims.into_iter().zip(found).filter(|(_, vertices)| !vertices.is_empty());
     occupied
         .map(|(rim, mut vertices)| {
             vertices.sort_by(|a, b| a.0.total_cmp(&b.0));
-            (rim.face, rim.ends, vertices.into_iter().map(|(_, vertex)| vertex).collect())
+            (rim, vertices.into_iter().map(|(_, vertex)| vertex).collect())
         })
         .collect()
 }

@@ -56,16 +56,21 @@ pub(crate) fn shared_edges(mesh: &Mesh) -> Vec<SharedEdge> {
     edges_where(mesh, |_| true)
 }
 
-/// Those with a number of faces that `is_asked` for. Sides are sorted, because a table of millions of edges fits no cache.
+/// Those with a number of faces that `is_asked` for. Sides are sorted, because a table of millions of edges fits no cache, and as one number
+/// each, which takes half the time of pairs.
 pub(crate) fn edges_where(mesh: &Mesh, is_asked: impl Fn(usize) -> bool) -> Vec<SharedEdge> {
-    let named = mesh.triangles.iter().flat_map(MeshTriangle::sides);
-    let mut sides: Vec<([u32; 2], u32)> = named.zip(0..).collect();
-    sides.sort_unstable();
-    let edge = |sides: &[([u32; 2], u32)]| {
-        let faces = sides.iter().map(|(_, side)| side / 3).collect();
-        (sides[0].1, SharedEdge { ends: sides[0].0, faces, is_crack: false })
+    let named = mesh.triangles.iter().flat_map(MeshTriangle::sides).zip(0..);
+    let number = |([low, high], side): ([u32; 2], u32)| {
+        u128::from(low) << 64 | u128::from(high) << 32 | u128::from(side)
     };
-    let shared = sides.chunk_by(|a, b| a.0 == b.0).filter(|sides| is_asked(sides.len()));
+    let mut sides: Vec<u128> = named.map(number).collect();
+    sides.sort_unstable();
+    let edge = |sides: &[u128]| {
+        let ends = [64, 32].map(|place| (sides[0] >> place) as u32);
+        let faces = sides.iter().map(|side| *side as u32 / 3).collect();
+        (sides[0] as u32, SharedEdge { ends, faces, is_crack: false })
+    };
+    let shared = sides.chunk_by(|a, b| a >> 32 == b >> 32).filter(|sides| is_asked(sides.len()));
     let mut edges: Vec<(u32, SharedEdge)> = shared.map(edge).collect();
     edges.sort_unstable_by_key(|(first, _)| *first);
     edges.into_iter().map(|(_, edge)| edge).collect()
