@@ -245,7 +245,8 @@ impl<'a> Synthesizer<'a> {
     ) -> Result<Spectrum, SoundError> {
         let bands = self.response.bands();
         let mut trains = vec![self.transform.silence(); bands];
-        let mut order: Vec<usize> = (0..pulses.time.len()).collect();
+        let mut order: Vec<usize> =
+            (0..pulses.time.len()).filter(|&pulse| pulses.gain[pulse] != 0.0).collect();
         order.sort_by(|a, b| {
             let time = |pulse: &usize| pulses.time[*pulse];
             pulses.shape[*a].cmp(&pulses.shape[*b]).then(time(a).total_cmp(&time(b)))
