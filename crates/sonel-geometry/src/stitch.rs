@@ -10,7 +10,7 @@ use crate::grid::BoxGrid;
 use crate::topology::edges_where;
 use glam::DVec3;
 
-/// A pass leaves a triangle two sides at most, and new corners lie on few further rims: no mesh needs as many.
+/// Every pass divides a side of each triangle at all its vertices, so that no mesh needs as many.
 const PASSES: usize = 64;
 
 /// Divides triangles at the vertices within `tolerance` [m] of their rims that `accepts` takes for a rim, given where they lie along it

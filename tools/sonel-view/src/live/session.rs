@@ -37,8 +37,8 @@ const MOST_PLACES: f64 = 2000.0;
 const MOST_WINDOWS: usize = 256;
 /// Packets of the map that is there at once.
 const FIRST_PACKETS: u64 = 512;
-/// How much of a response is heard at once [s]: a decay by 18 dB in a church of 5 s, by 45 dB in a hall of 2 s. Chosen, not measured; doubled, a
-/// church is heard half a second later.
+/// How much of a response is heard at once [s]: a decay by 18 dB in a church of 5 s, by 45 dB in a hall of 2 s. All of
+/// it takes a church twice the time.
 const FIRST_SOUND: f64 = 1.5;
 /// How long a trace waits before it looks again whether it may go on.
 const MOMENT: Duration = Duration::from_millis(2);

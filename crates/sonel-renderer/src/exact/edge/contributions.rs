@@ -4,7 +4,8 @@
 //! most about 1/(4 + 20 N) of the free field over its way for every edge, N the Fresnel number of the detour: the formula of [Maekawa1968] at its
 //! upper side, where half a plane takes 1/4 on the boundary and 1/(4π² N) far in shadow. Far from its boundary an edge shorter than the first Fresnel
 //! zone sends less, as its length squared. Contributions are computed in the order of these bounds, over the energy of their band, until what is left
-//! out is expected to change the bands by no more than [`AUDIBLE`]; with a share p of the batches, whose intervals are wider, by √√(1/p) as much.
+//! out is expected to change the bands by no more than [`AUDIBLE`]; with a share p of the batches, whose intervals are wider, by √√(1/p) as
+//! much: with √(1/p) intervals of C80, which do not hold what is left out, were too narrow.
 //!
 //! What is left out changes a band by a value of standard deviation 0.045 (B/E)^¾ √v, with B the sum of its bounds, E the energy of the band, and v the
 //! energies of what has been computed over their bounds. It is our own: between interference of random sign, √B, and energies, B, and fitted
