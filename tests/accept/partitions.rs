@@ -18,7 +18,7 @@ const LATE: [f64; 4] = [0.4, 0.6, 0.6, 0.8];
 
 /// Decay constant [1/s] between two windows of equal width of the energy at the first receiver.
 fn constant(scene: &Scene, [a, b, c, d]: [f64; 4]) -> f64 {
-    let traced = Traced::new(scene.clone(), Settings { emissions: 1_600_000, ..Settings::default() });
+    let traced = Traced::new(scene.clone(), Settings { emissions: 400_000, ..Settings::default() });
     // What is before the first border and behind the last would be in the outer windows.
     let mut borders = vec![0.0, a, b, c, d, scene.duration];
     borders.dedup();

@@ -62,7 +62,7 @@ pub(crate) fn run(only: Option<&str>) -> Result<()> {
     workspace::write(TABLE, table)?;
     let summary = tables::summary("six boxes", rooms::BANDS, &boxes)
         + "\n"
-        + &tables::summary("ten rooms", rooms::BANDS, &sizes);
+        + &tables::summary("twenty rooms", rooms::BANDS, &sizes);
     workspace::write(PAGE, workspace::with_figures(&workspace::read(PAGE)?, &summary)?)
 }
 

@@ -402,7 +402,7 @@ fn a_drafted_room_with_objects_scatters_as_advised() {
     let mut advised = |text: &str| {
         let Checkup { notes, problems, .. } = check(text, "scene.toml", &mut *open).unwrap();
         assert!(problems.is_empty(), "{problems:?}");
-        notes.iter().filter(|note| note.contains("objects in the room")).count()
+        notes.iter().filter(|note| note.contains("waves are mixed")).count()
     };
     let without: String =
         text.lines().filter(|line| !line.contains("# advice")).collect::<Vec<_>>().join("\n");

@@ -1,7 +1,6 @@
-//! Ten rooms of 21 to 5184 m³, bare and furnished, with even and uneven absorption.
+//! Twenty rooms of 21 to 5184 m³, bare and furnished, with even and uneven absorption.
 //!
-//! Furniture are blocks of the walls' material. Surfaces scatter as `sonel-trace check` advises, with s = 0.1 in bare rooms and below low rows
-//! of seats. All lengths are multiples of the solver's cell.
+//! Furniture are blocks of the walls' material. Surfaces scatter as `sonel-trace check` advises, with s = 0.1 where it advises nothing. All lengths are multiples of the solver's cell.
 
 use std::fmt::Write;
 
@@ -55,10 +54,10 @@ fn plans() -> Vec<Plan> {
             scattering: [0.1, 0.13, 0.3],
             ..plan("study", [4.5, 3.5, 2.625], [0.08, 0.2, 0.08], 1.6)
         },
-        plan("box", [6.25, 4.5, 2.75], [0.06, 0.06, 0.4], 3.0),
+        Plan { scattering: [0.14, 0.14, 0.12], ..plan("box", [6.25, 4.5, 2.75], [0.06, 0.06, 0.4], 3.0) },
         Plan {
             furniture: rows([1.0, 1.0, 0.0], [1.25, 0.5, 0.75], [2.0, 1.5], [4, 4]),
-            scattering: [0.1, 0.12, 0.3],
+            scattering: [0.19, 0.2, 0.34],
             ..plan("classroom", [9.0, 7.0, 3.0], [0.06, 0.06, 0.5], 3.0)
         },
         Plan { solid: walls, ..plan("coupled-pair", [14.0, 5.0, 3.0], [0.1, 0.1, 0.2], 2.5) },
@@ -70,12 +69,12 @@ fn plans() -> Vec<Plan> {
         },
         Plan {
             furniture: rows([1.5, 1.5, 0.0], [1.5, 0.75, 0.75], [2.5, 2.0], [5, 4]),
-            scattering: [0.1, 0.14, 0.3],
+            scattering: [0.26, 0.27, 0.37],
             ..plan("canteen", [15.0, 11.0, 3.5], [0.06, 0.06, 0.5], 3.5)
         },
         Plan {
             furniture: rows([2.0, 1.5, 0.0], [1.5, 1.0, 1.5], [3.5, 3.0], [4, 3]),
-            scattering: [0.12, 0.3, 0.3],
+            scattering: [0.14, 0.32, 0.3],
             ..plan("furnished-box", [16.0, 10.0, 5.0], [0.1, 0.1, 0.3], 3.0)
         },
         plan("gym", [20.0, 12.0, 7.0], [0.12, 0.12, 0.12], 3.5),
@@ -86,12 +85,45 @@ fn plans() -> Vec<Plan> {
     ]
 }
 
+/// Rooms with a ceiling, in one case a floor, that absorbs more than the walls.
+fn one_sided() -> Vec<Plan> {
+    let tables = |pitch, count| rows([1.5, 1.5, 0.0], [1.5, 0.75, 0.75], pitch, count);
+    vec![
+        Plan { scattering: [0.66, 0.58, 0.38], ..plan("flat", [20.0, 14.0, 3.0], [0.06, 0.06, 0.6], 4.0) },
+        Plan {
+            furniture: tables([3.0, 2.5], [6, 5]),
+            scattering: [0.47, 0.45, 0.48],
+            ..plan("open-office", [20.0, 14.0, 3.0], [0.06, 0.06, 0.6], 4.0)
+        },
+        Plan { scattering: [0.26, 0.24, 0.19], ..plan("aisle", [20.0, 2.5, 3.0], [0.06, 0.06, 0.5], 4.0) },
+        Plan { scattering: [0.21, 0.15, 0.1], ..plan("hangar", [20.0, 12.0, 7.0], [0.08, 0.08, 0.5], 4.0) },
+        Plan {
+            furniture: rows([1.0, 1.0, 0.0], [1.25, 0.5, 0.75], [2.5, 1.5], [3, 3]),
+            scattering: [0.13, 0.15, 0.31],
+            ..plan("lesson", [8.0, 6.0, 3.25], [0.06, 0.06, 0.4], 4.0)
+        },
+        Plan {
+            furniture: rows([1.0, 1.0, 0.0], [2.0, 0.75, 0.75], [5.0, 3.5], [2, 2]),
+            scattering: [0.42, 0.39, 0.41],
+            ..plan("lounge", [10.0, 7.0, 2.75], [0.06, 0.06, 0.7], 4.0)
+        },
+        Plan { scattering: [0.13, 0.12, 0.11], ..plan("carpet", [8.0, 7.0, 3.0], [0.06, 0.3, 0.06], 4.0) },
+        Plan { scattering: [0.21, 0.2, 0.17], ..plan("long", [24.0, 6.0, 4.0], [0.06, 0.06, 0.35], 4.0) },
+        Plan {
+            furniture: tables([2.5, 2.5], [5, 4]),
+            scattering: [0.7, 0.55, 0.45],
+            ..plan("call", [15.0, 12.0, 2.75], [0.06, 0.15, 0.8], 4.0)
+        },
+        Plan { scattering: [0.39, 0.22, 0.1], ..plan("sports", [24.0, 14.0, 6.0], [0.06, 0.06, 0.7], 4.0) },
+    ]
+}
+
 pub(super) fn all() -> Vec<Room> {
     let room = |plan: Plan| {
         let (toml, obj) = (plan.toml(), plan.mesh().text);
         Room { name: plan.name, bands: BANDS, packets: "30k", toml, obj }
     };
-    plans().into_iter().map(room).collect()
+    plans().into_iter().chain(one_sided()).map(room).collect()
 }
 
 impl Plan {
