@@ -15,15 +15,15 @@ use sonel::analysis::average::single_number;
 use sonel::analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel::scenes::library;
 use sonel::{
-    Axis, Change, Channels, Grid, Head, Map, Observer, ReceiverPoint, RenderOptions, Rendered, Response,
-    Scene, Severity, Silent, SoundOptions, TraceOptions,
+    Axis, Channels, Grid, Head, Map, Observer, ReceiverPoint, RenderOptions, Rendered, Response, Scene,
+    Severity, Silent, SoundOptions, TraceOptions,
 };
 use sonel_console::heard::HeardArguments;
 use sonel_console::spelled;
 
 use super::answer::{Answer, Refusal};
 use super::edit;
-use super::wishes::{Changed, Changes, LISTENER, Plane, Render, Save, Search, changes};
+use super::wishes::{Changed, LISTENER, Plane, Render, Save, Search, changes};
 use crate::arguments::Arguments;
 use crate::files::Files;
 use crate::page::number::Number;
@@ -37,6 +37,10 @@ const MOST_PLACES: f64 = 2000.0;
 const MOST_WINDOWS: usize = 256;
 /// Packets of the map that is there at once.
 const FIRST_PACKETS: u64 = 512;
+/// Order up to which its image sources are sought: in rooms of a hundred surfaces all orders that fit take longer than everything else.
+const FIRST_ORDER: u32 = 3;
+/// Surfaces of a box, whose image sources are known without a search.
+const BOX: usize = 6;
 /// How much of a response is heard at once [s]: a decay by 18 dB in a church of 5 s, by 45 dB in a hall of 2 s. All of
 /// it takes a church twice the time.
 const FIRST_SOUND: f64 = 1.5;
@@ -82,6 +86,8 @@ struct State {
     map: Option<Arc<Map>>,
     /// Number of maps so far.
     maps: u64,
+    /// Order up to which image sources are sought, while the map is one that is there at once.
+    order: Option<u32>,
     /// Part of the trace that is done, while there is one.
     share: Option<f64>,
     /// Why the last trace failed.
@@ -191,10 +197,11 @@ impl Session {
         }
     }
 
-    /// The map of the last trace, and its number: answers carry it.
-    fn map(&self) -> Result<(Arc<Map>, u64), Refusal> {
+    /// The map of the last trace, its number, which answers carry, and how it is rendered.
+    fn map(&self) -> Result<(Arc<Map>, u64, RenderOptions), Refusal> {
         let state = self.locked();
-        let map = state.map.clone().map(|map| (map, state.maps));
+        let options = RenderOptions { order: state.order, ..RenderOptions::default() };
+        let map = state.map.clone().map(|map| (map, state.maps, options));
         map.ok_or_else(|| Refusal { status: 425, text: "the scene is being traced".to_owned() })
     }
 
@@ -246,7 +253,8 @@ impl Session {
         let last = self.locked().map.as_ref().map(|map| map.sonels().header().scene.duration);
         let first = FIRST_PACKETS.min(self.packets.unwrap_or(FIRST_PACKETS));
         let duration = Some(last.unwrap_or(scene.compiled().duration));
-        for (packets, duration) in [(Some(first), duration), (self.packets, None)] {
+        let order = (scene.geometry().surfaces().len() > BOX).then_some(FIRST_ORDER);
+        for (packets, duration, order) in [(Some(first), duration, order), (self.packets, None, None)] {
             self.locked().messages.clear();
             let options = TraceOptions { packets, duration, ..TraceOptions::default() };
             let map = scene.trace(&options, &follower)?.map;
@@ -255,6 +263,7 @@ impl Session {
                 return Ok(());
             }
             (state.map, state.text, state.maps) = (Some(Arc::new(map)), text.to_owned(), state.maps + 1);
+            state.order = order;
         }
         Ok(())
     }
@@ -293,8 +302,8 @@ impl Session {
     pub(super) fn render(&self, wish: &Render) -> Result<Answer, Refusal> {
         let (newest, _first) =
             (self.newest("render", &wish.window), wish.batches.map(|_| Arc::clone(&self.hurry)));
-        let (map, number) = self.map()?;
-        let options = options(&wish.changes, wish.batches)?;
+        let (map, number, options) = self.map()?;
+        let options = RenderOptions { set: changes(&wish.changes)?, batches: wish.batches, ..options };
         let rendered = map.render(&[listener(wish.listener)], &options, &newest)?;
         newest.unless_replaced()?;
         let (response, all, source) = self.read_off(rendered.response, wish.source)?;
@@ -314,9 +323,9 @@ impl Session {
     /// All parameters at the places of a plane.
     pub(super) fn grid(&self, wish: &Plane) -> Result<Answer, Refusal> {
         let newest = self.newest("grid", &wish.window);
-        let (map, number) = self.map()?;
-        let mut options = options(&wish.changes, wish.batches)?;
-        options.grid = Some(plane(&map, wish)?);
+        let (map, number, options) = self.map()?;
+        let (set, grid) = (changes(&wish.changes)?, Some(plane(&map, wish)?));
+        let options = RenderOptions { set, grid, batches: wish.batches, ..options };
         let Rendered { response, grid, .. } = map.render(&[], &options, &newest)?;
         newest.unless_replaced()?;
         let (response, all, source) = self.read_off(response, wish.source)?;
@@ -347,8 +356,9 @@ impl Session {
     pub(super) fn sound(&self, wish: &Render) -> Result<Answer, Refusal> {
         let (newest, _first) =
             (self.newest("sound", &wish.window), wish.batches.map(|_| Arc::clone(&self.hurry)));
-        let (map, _) = self.map()?;
-        let options = RenderOptions { directions: true, ..options(&wish.changes, wish.batches)? };
+        let (map, _, options) = self.map()?;
+        let (set, batches) = (changes(&wish.changes)?, wish.batches);
+        let options = RenderOptions { directions: true, set, batches, ..options };
         let response = map.render(&[listener(wish.listener)], &options, &newest)?.response;
         let source = of_sources(wish.source, response.echograms().sources())?;
         let options = SoundOptions { within: wish.batches.map(|_| FIRST_SOUND), ..SoundOptions::default() };
@@ -360,7 +370,7 @@ impl Session {
     /// Entries of the library with all words.
     pub(super) fn materials(&self, wish: &Search) -> Result<Answer, Refusal> {
         let words: Vec<String> = wish.words.split_whitespace().map(str::to_owned).collect();
-        let bands = self.map().map(|(map, _)| map.sonels().header().scene.bands.nominal().to_vec());
+        let bands = self.map().map(|(map, ..)| map.sonels().header().scene.bands.nominal().to_vec());
         let bands = bands.unwrap_or_default();
         let found = library::shipped().iter().filter(|entry| entry.matches(&words)).take(MOST_ENTRIES);
         let entry = |entry: &library::LibraryEntry| {
@@ -376,7 +386,7 @@ impl Session {
     /// Writes what was changed, and says which commands give the same numbers.
     pub(super) fn save(&self, wish: &Save) -> Result<Answer, Refusal> {
         changes(&wish.changes)?;
-        let (map, _) = self.map()?;
+        let (map, ..) = self.map()?;
         let saved = self.saved(&map.sonels().header().scene, wish);
         saved.map(Answer::Json).map_err(|error| Refusal::failed(&format!("{error:#}")))
     }
@@ -397,11 +407,6 @@ fn written(files: impl IntoIterator<Item = impl AsRef<Path>>) -> Vec<(PathBuf, O
 
 /// A response, its parameters, and the index of a source.
 type ReadOff = (Response, Vec<ReceiverParameters>, usize);
-
-fn options(changed: &Changes, batches: Option<u32>) -> Result<RenderOptions, Refusal> {
-    let set: Vec<Change> = changes(changed)?;
-    Ok(RenderOptions { set, batches, ..RenderOptions::default() })
-}
 
 fn listener(at: [f64; 3]) -> ReceiverPoint {
     ReceiverPoint::omni(LISTENER, at.into())
@@ -429,18 +434,14 @@ fn plane(map: &Map, wish: &Plane) -> Result<Grid, Refusal> {
         *axis = match index == up {
             true if scene.up[up] > 0.0 => Axis::from(low + height),
             true => Axis::from(high - height),
-            false if count > MOST_PLACES => return Err(too_many()),
             false => Axis { low: low + margin, high: high - margin, count: count as u32 },
         };
     }
     if axes.iter().map(|axis| f64::from(axis.count)).product::<f64>() > MOST_PLACES {
-        return Err(too_many());
+        let text = format!("a plane has at most {MOST_PLACES} places: give a larger spacing");
+        return Err(Refusal::wrong(text));
     }
     Grid::new(axes).map_err(|error| Refusal::wrong(error.to_string()))
-}
-
-fn too_many() -> Refusal {
-    Refusal::wrong(format!("a plane has at most {MOST_PLACES} places: give a larger spacing"))
 }
 
 /// Follows the request or trace `own`, until there is a newer one.
