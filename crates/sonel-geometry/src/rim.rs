@@ -73,7 +73,9 @@ pub(crate) fn keep_inside([a, b, c]: [DVec3; 3], point: DVec3, rim: Rim) -> Opti
         // The rim is proportional to the sides, and so are the coordinates of the inscribed circle's centre.
         taken.map(|taken| taken / (1.0 - free))
     };
-    Some(a * share[0] + b * share[1] + c * share[2])
+    let inside = a * share[0] + b * share[1] + c * share[2];
+    // A triangle lower than rounding has no inside.
+    Some(if inside.is_finite() { inside } else { (a + b + c) / 3.0 })
 }
 
 #[cfg(test)]

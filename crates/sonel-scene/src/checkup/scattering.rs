@@ -84,10 +84,8 @@ pub(crate) fn advised(scene: &Scene, geometry: &Geometry) -> Vec<(usize, String)
             object.area * libm::pow(waves, 4.0).min(1.0)
         };
         let share = objects.iter().map(scattered).sum::<f64>() / area.max(f64::MIN_POSITIVE);
-        let admittance = |material: u32| {
-            impedance(scene.materials[material as usize].absorption[band]).map_or(1.0, f64::recip)
-        };
-        let beside = beside_the_way(geometry, axes, admittance, TAU * per_metre * volume);
+        let beta = |m: u32| impedance(scene.materials[m as usize].absorption[band]).map_or(1.0, f64::recip);
+        let beside = beside_the_way(geometry, axes, beta, TAU * per_metre * volume);
         let s = (beside.max(FLAT) + (FURNISHED - FLAT) * share).min(1.0);
         if s <= FLAT || scene.bands.nominal()[band] > HIGHEST { 0.0 } else { (100.0 * s).round() / 100.0 }
     };
