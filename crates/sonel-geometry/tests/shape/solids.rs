@@ -14,8 +14,10 @@ const BUILDINGS: u64 = if cfg!(debug_assertions) { 8 } else { 1000 };
 const ROUNDING: f64 = 1e-6;
 /// Rays from the middle of each room, which meet the same places of the same materials as among shells.
 const RAYS: usize = 100;
-/// Distance of such places [m]: positions are rounded to 1e-6 m in buildings of 20 m, which oblique rays lengthen.
-const APART: f64 = 1e-3;
+/// Distance of their planes [m]: positions are rounded to 1e-6 m in buildings of 20 m.
+const OFF_PLANE: f64 = 1e-5;
+/// Distance of such places [m]: hits keep off the rim of their triangle, by millimetres where faces meet at an acute angle.
+const APART: f64 = 1e-2;
 
 /// How solids are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -397,9 +399,10 @@ impl SolidBuilding {
         let mut numbers = Numbers(1);
         for &place in &places {
             for direction in (0..RAYS).map(|_| numbers.direction()) {
-                let [(found, material), (right, of)] =
+                let [(found, material, normal), (right, of, _)] =
                     [&geometry, &shells].map(|geometry| seen(geometry, place, direction));
-                if found.distance(right) > APART || material != of {
+                let is_off_plane = (found - right).dot(normal).abs() > OFF_PLANE;
+                if is_off_plane || found.distance(right) > APART || material != of {
                     faults.push(format!("{found} of {material:?}, not {right} of {of:?}, from {place}"));
                 }
             }
@@ -408,11 +411,12 @@ impl SolidBuilding {
     }
 }
 
-/// Place and material that a ray meets.
-fn seen(geometry: &Geometry, place: DVec3, direction: DVec3) -> (DVec3, Option<u32>) {
+/// Place and material that a ray meets, and the normal there.
+fn seen(geometry: &Geometry, place: DVec3, direction: DVec3) -> (DVec3, Option<u32>, DVec3) {
     let hit = geometry.closest_hit(Departure::free(geometry.to_local(place)), direction.as_vec3());
     let position = hit.map_or(DVec3::ZERO, |hit| geometry.to_world(hit.position));
-    (position, hit.map(|hit| geometry.surface(hit.surface).material))
+    let surface = hit.map(|hit| geometry.surface(hit.surface));
+    (position, surface.map(|it| it.material), surface.map_or(DVec3::ZERO, |it| it.normal))
 }
 
 impl Air {
