@@ -5,7 +5,7 @@
 //!   C = D₁(S → R′) D₂(S′ → R) L e^(jkL),
 //!
 //! R′ on the ray from the first edge through the second one, as far as R, and S′ likewise. Sound that comes from the edge before is more curved
-//! than that from afar: what it changes is in [`crate::transition`], of the fields of either edge with the other one in the place of the end, and
+//! than that from afar: what it changes is in `transition`, of the fields of either edge with the other one in the place of the end, and
 //!
 //! γ⁻² = 1 − ρ², ρ the correlation cos ψ √(|SP||QR|/(|SQ||PR|)) of the clearances from two edges at an angle ψ across the way. On the boundary of
 //! either edge the product is exact at the other one, so that nothing steps where one edge hides the other.

@@ -12,7 +12,7 @@
 //!   ∫∫ x/(u² + x²) y/(v² + y²) e^(−u² − v² − 2ρuv) du dv,  ρ² = 1 − γ⁻²,
 //!
 //! x² and y² the Fresnel numbers of both ends, turned by 45°: C γ where both are large, C R₂ for large x at any y, and C where either is 0.
-//! What has these limits is in [`crate::transition`].
+//! What has these limits is in `transition`.
 //! What that lacks where the face is narrower than the wavelength is in [`super::narrow`].
 
 use super::narrow::{Narrow, Narrowness, ONE};
