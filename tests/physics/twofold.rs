@@ -134,9 +134,8 @@ fn images_begin_and_end_without_a_step() {
     }
 }
 
-/// Two to four sheets that face one another in the open, and walks between and behind them, where direct sound or an image of one or two reflections
-/// begins: of two sheets seven in eight steps are below 0.1 dB and none is above 0.2 dB. Behind three and four, third edges and paths of which
-/// little is expected are left out (docs/decisions.md): no step is above 1.7 dB.
+/// Two to four sheets that face one another in the open, and walks between and behind them: where direct sound or an image of one or two
+/// reflections begins, nineteen in twenty steps are below 0.1 dB and none is above 0.25 dB. What several objects leave is an interpolation.
 #[test]
 #[ignore = "long: cargo xtask accept"]
 fn nothing_begins_with_a_step_between_sheets_anywhere() {
@@ -162,19 +161,11 @@ fn nothing_begins_with_a_step_between_sheets_anywhere() {
         let along = (ends[1] - ends[0]).normalize();
         let places: Vec<DVec3> = boundaries(&without, ends, 0..=2).into_iter().take(6).collect();
         let steps = steps(&field, &places, along);
-        found.extend(steps.into_iter().map(|step| (count == 2, step)));
+        found.extend(places.iter().zip(steps).map(|(place, step)| (step, format!("{number}: {place}"))));
     }
-    for (is_pair, share, most) in [(true, 0.125, 0.2), (false, 0.85, 1.7)] {
-        let steps: Vec<f64> = found.iter().filter(|(of, _)| *of == is_pair).map(|(_, step)| *step).collect();
-        let above =
-            |limit: f64| steps.iter().filter(|step| **step > limit).count() as f64 / steps.len() as f64;
-        println!(
-            "{} boundaries, of two sheets: {is_pair}, {:.2} above 0.1 dB: {steps:?}",
-            steps.len(),
-            above(0.1)
-        );
-        assert!(steps.len() > 10 && above(0.1) <= share && above(most) <= 0.0);
-    }
+    let beyond = |limit: f64| found.iter().filter(|(step, _)| *step > limit).collect::<Vec<_>>();
+    println!("{} boundaries, above 0.1 dB: {:?}", found.len(), beyond(0.1));
+    assert!(found.len() > 30 && 20 * beyond(0.1).len() < found.len() && beyond(0.25).is_empty());
 }
 
 /// What a corner of two rigid planes mirrors goes past an obstacle that stands in it as it goes from the image of the source in both past the four
