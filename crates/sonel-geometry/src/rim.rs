@@ -85,6 +85,17 @@ mod tests {
     use glam::dvec3;
 
     #[test]
+    fn a_triangle_without_an_inside_is_hit_in_its_middle() {
+        for height in [0.0, 1e-170] {
+            let corners = [dvec3(0.0, 0.0, 0.0), dvec3(1.0, 0.0, 0.0), dvec3(2.0, height, 0.0)];
+            for rim in [[f32::INFINITY; 3], [0.1; 3]] {
+                let kept = keep_inside(corners, dvec3(0.5, 0.0, 0.0), rim);
+                assert_eq!(kept, Some(dvec3(1.0, height / 3.0, 0.0)), "{height}, {rim:?}");
+            }
+        }
+    }
+
+    #[test]
     fn points_keep_their_margin_and_else_stay_where_they_are() {
         let corners = [dvec3(0.0, 0.0, 0.0), dvec3(4.0, 0.0, 0.0), dvec3(0.0, 3.0, 0.0)];
         let inner = dvec3(1.0, 1.0, 0.0);
