@@ -13,6 +13,7 @@ use sonel_map::{Mode, Settings};
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
 
+use crate::airs::with_air;
 use crate::{meshes, shipped};
 
 /// What `auto` decided for a scene, and what it changed.
@@ -200,10 +201,10 @@ pub fn scenes() -> Vec<Scene> {
         shoebox("specular box", [7.0, 5.0, 3.0], 0.15, 0.0, all_octaves()),
         shoebox("diffuse box", [7.0, 5.0, 3.0], 0.15, 1.0, all_octaves()),
         shoebox("low octaves", [7.0, 5.0, 3.0], 0.3, 0.3, low()),
-        shoebox("huge and humid", [60.0, 40.0, 20.0], 0.15, 0.3, all_octaves()).with_air(air(30.0, 90.0)),
-        shoebox("huge and dry", [60.0, 40.0, 20.0], 0.15, 0.3, all_octaves()).with_air(air(20.0, 10.0)),
-        shoebox("small and dry", [4.0, 3.0, 2.5], 0.2, 0.3, all_octaves()).with_air(air(20.0, 10.0)),
-        shoebox("cold store", [10.0, 8.0, 4.0], 0.1, 0.2, all_octaves()).with_air(air(-20.0, 60.0)),
+        with_air(shoebox("huge and humid", [60.0, 40.0, 20.0], 0.15, 0.3, all_octaves()), air(30.0, 90.0)),
+        with_air(shoebox("huge and dry", [60.0, 40.0, 20.0], 0.15, 0.3, all_octaves()), air(20.0, 10.0)),
+        with_air(shoebox("small and dry", [4.0, 3.0, 2.5], 0.2, 0.3, all_octaves()), air(20.0, 10.0)),
+        with_air(shoebox("cold store", [10.0, 8.0, 4.0], 0.1, 0.2, all_octaves()), air(-20.0, 60.0)),
         shoebox("corridor", [40.0, 2.5, 3.0], 0.1, 0.2, all_octaves()),
         with_cardioid(shoebox("", [8.0, 6.0, 3.0], 0.3, 0.3, all_octaves())),
         shipped("seed-room"),

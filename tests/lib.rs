@@ -1,5 +1,6 @@
 //! What the tests across crates share: a scene traced into a map in memory, and the map rendered.
 
+pub mod airs;
 pub mod buildings;
 pub mod change;
 pub mod changed_box;

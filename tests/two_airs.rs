@@ -11,6 +11,7 @@ use sonel_renderer::RenderSettings;
 use sonel_scene::{Region, Scene};
 use sonel_testkit::uniform::Uniform;
 
+use crate::airs::with_regions;
 use crate::meshes::add_quad;
 use crate::{Traced, batch_fluence};
 
@@ -112,7 +113,7 @@ impl TwoAirs {
         let region = region_at(&scene, "above", [0.5 * x, 0.5 * y, 0.95 * z], 20.0);
         let speed_of_sound = self.ratios[0] * region.speed_of_sound;
         let region = Region { speed_of_sound, density: self.ratios[1] * region.density, ..region };
-        scene.with_regions(vec![region], vec![BORDER]).expect("sound regions")
+        with_regions(scene, vec![region], vec![BORDER]).expect("sound regions")
     }
 
     /// Fluence times ρc of the receiver's air over that below the border, where the border reflects by `law` [1/m²].

@@ -11,6 +11,7 @@ use sonel_renderer::{Air, Estimator, PathClass, RenderSettings, Rendering, strai
 use sonel_scene::media::MediaFault;
 use sonel_scene::{Region, Scene};
 use sonel_testkit::z_test::{Estimate, Within, within_sigmas};
+use sonel_tests::airs::with_regions;
 use sonel_tests::meshes::{add_box, add_quad};
 use sonel_tests::two_airs::region_at;
 use sonel_tests::{Traced, batch_fluence, late_batch_fluence};
@@ -50,7 +51,7 @@ fn fast(scene: &Scene, inside: [f64; 3], speed_of_sound: f64) -> Region {
 }
 
 fn with(scene: Scene, regions: Vec<Region>) -> Scene {
-    scene.with_regions(regions, vec![INTERFACE]).expect("sound regions")
+    with_regions(scene, regions, vec![INTERFACE]).expect("sound regions")
 }
 
 fn settings(emissions: u64) -> Settings {
@@ -397,10 +398,10 @@ fn regions_within_regions_that_touch_keep_every_packet() {
         ]
     };
     let whole = nested(INTERFACE);
-    let fault = whole.clone().with_regions(regions(&whole), vec![INTERFACE]).unwrap_err()[0];
+    let fault = with_regions(whole.clone(), regions(&whole), vec![INTERFACE]).unwrap_err()[0];
     assert!(matches!(fault, MediaFault::TwoAirs { .. }), "{fault:?}");
     let divided = nested(2);
-    let scene = divided.clone().with_regions(regions(&divided), vec![INTERFACE, 2]).expect("sound regions");
+    let scene = with_regions(divided.clone(), regions(&divided), vec![INTERFACE, 2]).expect("sound regions");
     let media = scene.media.clone().expect("regions");
     assert_eq!(media.at_sources, [0, 1, 2, 3]);
     let traced = Traced::new(scene, settings(4000));
@@ -460,7 +461,7 @@ fn regions_that_are_none_are_refused() {
     let faults = |heights: &[f64], inside: &[[f64; 3]]| {
         let plain = scene(layered(heights), 0.3, 0.4, 0.2);
         let regions = inside.iter().map(|&inside| fast(&plain, inside, FAST)).collect();
-        plain.with_regions(regions, vec![INTERFACE]).err().unwrap_or_default()
+        with_regions(plain, regions, vec![INTERFACE]).err().unwrap_or_default()
     };
     assert_eq!(faults(&[1.8], &[[1.0, 1.0, 2.5]]), []);
     assert!(matches!(faults(&[1.8], &[])[..], [MediaFault::BoundsNothing { air: 0, .. }]));
@@ -473,7 +474,7 @@ fn regions_that_are_none_are_refused() {
     add_quad(&mut mesh, INTERFACE, [corner(0.0, 0.0), corner(4.0, 0.0), corner(4.0, 4.0), corner(0.0, 4.0)]);
     let open = scene(mesh, 0.3, 0.4, 0.2);
     let region = fast(&open, [1.0, 1.0, 2.5], FAST);
-    let faults = open.with_regions(vec![region], vec![INTERFACE]).unwrap_err();
+    let faults = with_regions(open, vec![region], vec![INTERFACE]).unwrap_err();
     assert!(matches!(faults[..], [MediaFault::BoundsNothing { air: 1, .. }]), "{faults:?}");
 }
 

@@ -9,7 +9,7 @@ use sonel_acoustics::{
 };
 use sonel_geometry::{FaceKind, Geometry, GeometryError, LARGEST_TURN, Mesh, SpeedProfile};
 
-use crate::media::{Media, MediaFault, Region};
+use crate::media::Media;
 use crate::notation;
 
 /// Power level of a source that states none [dB re 1 pW].
@@ -213,15 +213,6 @@ impl Scene {
         self
     }
 
-    /// Replaces the air, its speed of sound and its attenuation.
-    #[must_use]
-    pub fn with_air(mut self, air: Air) -> Self {
-        self.speed_of_sound = air.speed_of_sound();
-        self.air_attenuation = attenuation_per_band(&air, &self.bands);
-        self.air = air;
-        self
-    }
-
     /// The speed of sound about `center`, the middle of the scene ([`Geometry::center`]); none in even air.
     #[must_use]
     pub fn profile(&self, center: DVec3) -> Option<SpeedProfile> {
@@ -311,32 +302,6 @@ impl Scene {
     pub fn has_faces_of(&self, other: &Self) -> bool {
         let kind = |scene: &Self, material| face_kind(&scene.materials, material, |_| false);
         (0..self.materials.len() as u32).all(|material| kind(self, material) == kind(other, material))
-    }
-
-    /// Gives the scene `regions`, bounded by the faces of the materials `interfaces`, which become opaque to what knows of walls only. Sources
-    /// must be there before.
-    ///
-    /// # Errors
-    /// Everything that is wrong with regions and interfaces.
-    ///
-    /// # Panics
-    /// When the mesh has no usable triangle.
-    pub fn with_regions(
-        mut self,
-        regions: Vec<Region>,
-        interfaces: Vec<u32>,
-    ) -> Result<Self, Vec<MediaFault>> {
-        for &interface in &interfaces {
-            let material = &mut self.materials[interface as usize];
-            *material = opaque(&material.name, self.bands.count());
-        }
-        let is_interface = |material| interfaces.contains(&material);
-        let kind = |material| face_kind(&self.materials, material, is_interface);
-        let geometry =
-            Geometry::with_kinds(self.mesh.clone(), kind, &self.air_at).expect("the mesh has triangles");
-        let sources: Vec<DVec3> = self.sources.iter().map(|source| source.position).collect();
-        self.media = Some(Media::find(&geometry, regions, interfaces, &sources)?);
-        Ok(self)
     }
 
     /// Number of the air at a source, 0 for the scene's.

@@ -6,6 +6,7 @@ use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
 use sonel_testkit::analytic::specular_box::SpecularBox;
 use sonel_tests::Traced;
+use sonel_tests::airs::with_air;
 
 use super::form;
 
@@ -21,8 +22,8 @@ fn deviation(air: Air, times: f64) -> (f64, f64) {
     let scene = Scene::shoebox(SIZE, Material::uniform("walls", 0.1, 0.0, count), bands)
         .with_source("source", SOURCE)
         .with_receiver("receiver", RECEIVER)
-        .with_air(air)
         .with_duration(45.0);
+    let scene = with_air(scene, air);
     let (attenuation, speed_of_sound) = (scene.air_attenuation.clone(), scene.speed_of_sound);
     let traced = Traced::new(scene, Settings { emissions: 64, ..Settings::default() });
     let settings = RenderSettings { mirror_order: Some(2), bin: 0.01, ..RenderSettings::default() };

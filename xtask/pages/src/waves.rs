@@ -30,7 +30,7 @@ const LATE_SHARE: f64 = 1e-6;
 const PAGE: &str = "docs/validation.md";
 const TABLE: &str = "docs/validation/waves.csv";
 
-/// T30 [s], EDT [s] and strength G [dB] of a band, means over the receivers.
+/// T30 [s], EDT [s] and strength G [dB] of a band, means over sources and receivers: of G that of the energy.
 type Row = [f64; 3];
 
 /// Rows per band: of waves, and of packets in the order of [`packets::VARIANTS`].
@@ -93,13 +93,13 @@ fn of_waves(room: &Room) -> Result<Vec<Row>> {
         rows.push([
             mean(&|energies| reverberation_time(energies, step, -5.0, -35.0)),
             mean(&|energies| reverberation_time(energies, step, 0.0, -10.0)),
-            mean(&|energies| 10.0 * (100.0 * energies.iter().sum::<f64>() / at_one_meter).log10()),
+            10.0 * mean(&|energies| 100.0 * energies.iter().sum::<f64>() / at_one_meter).log10(),
         ]);
     }
     Ok(rows)
 }
 
-/// Pressure at the receivers of the scene, for walls of the admittances of its materials.
+/// Pressure at every receiver of the scene from every source, for walls of the admittances of its materials.
 fn solve(scene: &Scene, geometry: &Geometry, admittances: &[f64]) -> Vec<Vec<f64>> {
     let (low, high) = geometry.bounds();
     // One cell more on every side: the first and the last are outside, behind the walls.
@@ -109,7 +109,6 @@ fn solve(scene: &Scene, geometry: &Geometry, admittances: &[f64]) -> Vec<Vec<f64
         ((place - geometry.center() - low) / CELL).floor().to_array().map(|index| index as usize)
     };
     let middle = |cell: [usize; 3]| low + CELL * (DVec3::from_array(cell.map(|index| index as f64)) + 0.5);
-    let source = cell_of(scene.sources[0].position);
     let wall = |cell: [usize; 3], axis: usize| {
         wall_between(geometry, middle(cell), DVec3::AXES[axis])
             .map(|surface| admittances[geometry.surface(surface).material as usize])
@@ -117,7 +116,10 @@ fn solve(scene: &Scene, geometry: &Geometry, admittances: &[f64]) -> Vec<Vec<f64
     let receivers: Vec<[usize; 3]> =
         scene.receivers.iter().map(|receiver| cell_of(receiver.position)).collect();
     let steps = (scene.duration / step(CELL, scene.speed_of_sound)) as usize;
-    WaveRoom::new(counts, source, wall).responses(&Places { source, receivers: &receivers }, steps)
+    let sources: Vec<[usize; 3]> = scene.sources.iter().map(|source| cell_of(source.position)).collect();
+    let room = WaveRoom::new(counts, sources[0], wall);
+    let responses = |&source| room.responses(&Places { source, receivers: &receivers }, steps);
+    sources.iter().flat_map(responses).collect()
 }
 
 /// The first surface between a cell's middle and that of the next along an axis.

@@ -4,10 +4,10 @@ use std::io::Cursor;
 
 use glam::DVec3;
 use sonel_acoustics::{Air, Material};
-use sonel_geometry::{Geometry, MeshTriangle, Side};
+use sonel_geometry::{FaceKind, Geometry, MeshTriangle, Side};
 use sonel_map::provenance::differences;
 use sonel_map::{ChunkPaths, Event, Fates, Ledger, MapError, MapHeader, MapWriter, SonelMap, Vertex};
-use sonel_scene::Region;
+use sonel_scene::{Media, Region};
 
 use crate::{forged, hand_made};
 
@@ -24,7 +24,7 @@ fn header() -> MapHeader {
             .triangles
             .push(MeshTriangle { corners: corners.map(|corner| corner + first), material: 2 });
     }
-    scene.materials.push(Material::uniform("layer", 0.0, 0.0, 3));
+    scene.materials.push(Material::uniform("layer", 1.0, 0.0, 3));
     let air = Air { temperature_celsius: 40.0, ..scene.air };
     let warm = Region {
         name: "warm".to_owned(),
@@ -34,7 +34,11 @@ fn header() -> MapHeader {
         air_attenuation: vec![0.001; 3],
         air,
     };
-    header.scene = scene.with_regions(vec![warm], vec![2]).unwrap();
+    let kind = |material| if material == 2 { FaceKind::Interface } else { FaceKind::Wall };
+    let geometry = Geometry::with_kinds(scene.mesh.clone(), kind, &[]).unwrap();
+    let sources: Vec<DVec3> = scene.sources.iter().map(|source| source.position).collect();
+    scene.media = Some(Media::find(&geometry, vec![warm], vec![2], &sources).unwrap());
+    header.scene = scene;
     header
 }
 

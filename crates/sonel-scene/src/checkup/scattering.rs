@@ -20,7 +20,7 @@ use sonel_acoustics::absorption_law::impedance;
 use sonel_acoustics::{AbsorptionLaw, Material};
 use sonel_geometry::{Connected, Geometry, SurfaceId};
 
-use crate::Scene;
+use crate::{Design, Scene};
 
 /// Absorption below which a wall counts as hard [1]: sound reflects 60 times and more within a reverberation time. Chosen, not measured; doubled,
 /// rooms with moderate absorption are named too.
@@ -43,14 +43,21 @@ const NAMED: f64 = 0.02;
 /// Frequency up to which the rule was compared with waves [Hz] (docs/validation.md).
 const HIGHEST: f64 = 250.0;
 
-/// The advice on `scene`, a sentence each.
+/// The advice on `scene` and its variants, a sentence each.
 pub(super) fn advice(scene: &Scene, geometry: &Geometry) -> Vec<String> {
-    let sentence = |(index, list): (usize, String)| {
-        let name = &scene.materials[index].name;
-        format!("materials.{name}: waves are mixed more than rays: scattering = {list} (docs/validation.md)")
+    let by_rule = |(of, materials): (String, Vec<Material>)| {
+        let rule = rule(scene, geometry, &materials)?.into_iter().zip(scene.bands.nominal());
+        let least = rule.filter(|(s, _)| *s > 0.0).map(|(s, band)| format!("{s} at {band} Hz"));
+        let least = least.collect::<Vec<String>>().join(", ");
+        Some(format!(
+            "{of}: waves are mixed more than rays: scattering of all surfaces is at least {least} (docs/validation.md)"
+        ))
     };
-    let by_rule = advised(scene, geometry).into_iter().map(sentence);
-    flat_walls(scene, geometry).into_iter().chain(by_rule).collect()
+    let of_design =
+        |it: &Design| Some((format!("variants.{} as a scene of its own", it.name), scene.design(&it.name)?));
+    let designs = scene.designs.iter().filter_map(of_design);
+    let all = std::iter::once(("materials".to_owned(), scene.materials.clone())).chain(designs);
+    flat_walls(scene, geometry).into_iter().chain(all.filter_map(by_rule)).collect()
 }
 
 /// Says so where most of a closed room is hard, flat and uniformly absorbing in some band.
@@ -72,31 +79,40 @@ fn flat_walls(scene: &Scene, geometry: &Geometry) -> Option<String> {
     ))
 }
 
-/// Materials whose scattering is below that of the rule in some band, and the coefficients with it as a list of the scene file.
+/// Materials with less scattering than the rule in some band, and the coefficients with it as a list of the scene file.
 pub(crate) fn advised(scene: &Scene, geometry: &Geometry) -> Vec<(usize, String)> {
-    let Some(volume) = geometry.volume() else { return Vec::new() };
+    let Some(rule) = rule(scene, geometry, &scene.materials) else { return Vec::new() };
+    let with_rule = |(index, material): (usize, &Material)| {
+        let stated = &material.scattering;
+        let list: Vec<f64> = rule.iter().zip(stated).map(|(s, stated)| stated.max(*s)).collect();
+        (list != *stated).then(|| (index, format!("{list:?}")))
+    };
+    scene.materials.iter().enumerate().filter_map(with_rule).collect()
+}
+
+/// The least scattering of all surfaces by the rule where walls are of `materials`, per band [1]; 0 where it says nothing. None where no wall has less.
+fn rule(scene: &Scene, geometry: &Geometry, materials: &[Material]) -> Option<Vec<f64>> {
+    let volume = geometry.volume()?;
     let (objects, axes) = (mixing_objects(scene, geometry), axes(scene, geometry));
     let area: f64 = objects.iter().map(|object| object.area).sum();
-    let by_rule = |band: usize| {
+    let of_band = |band: usize| {
         let per_metre = scene.bands.exact_midband(band) / scene.speed_of_sound;
         let scattered = |object: &Object| {
             let waves = WIDE * per_metre * 0.5 * object.area / object.low.distance(object.high);
             object.area * libm::pow(waves, 4.0).min(1.0)
         };
         let share = objects.iter().map(scattered).sum::<f64>() / area.max(f64::MIN_POSITIVE);
-        let beta = |m: u32| impedance(scene.materials[m as usize].absorption[band]).map_or(1.0, f64::recip);
+        let beta = |m: u32| impedance(materials[m as usize].absorption[band]).map_or(1.0, f64::recip);
         let beside = beside_the_way(geometry, axes, beta, TAU * per_metre * volume);
         let s = (beside.max(FLAT) + (FURNISHED - FLAT) * share).min(1.0);
         if s <= FLAT || scene.bands.nominal()[band] > HIGHEST { 0.0 } else { (100.0 * s).round() / 100.0 }
     };
-    let by_rule: Vec<f64> = (0..scene.bands.count()).map(by_rule).collect();
-    let of_material = |(index, material): (usize, &Material)| {
-        let advised: Vec<f64> =
-            by_rule.iter().zip(&material.scattering).map(|(s, stated)| stated.max(*s)).collect();
-        let differs = advised.iter().zip(&material.scattering).any(|(advised, s)| advised - s > NAMED);
-        (differs && geometry.exposed_area(index as u32) > 0.0).then(|| (index, format!("{advised:?}")))
+    let rule: Vec<f64> = (0..scene.bands.count()).map(of_band).collect();
+    let is_less = |(index, material): (u32, &Material)| {
+        let differs = rule.iter().zip(&material.scattering).any(|(s, stated)| s - stated > NAMED);
+        differs && geometry.exposed_area(index) > 0.0
     };
-    scene.materials.iter().enumerate().filter_map(of_material).collect()
+    (0..).zip(materials).any(is_less).then_some(rule)
 }
 
 /// Along up, along what faces the largest wall, and along that wall.

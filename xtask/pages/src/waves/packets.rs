@@ -35,7 +35,7 @@ pub(super) fn rows(room: &Room, variant: Variant) -> Result<Vec<Row>> {
     }
     let run = |program, words: &[&str]| workspace::program(Profile::Release, program, words);
     run("sonel-trace", &[&scene, "-o", &map, "--packets", room.packets, "--quiet"])?;
-    run("sonel-render", &[&map, "-o", &response, "--rays", "32768", "--quiet"])?;
+    run("sonel-render", &[&map, "-o", &response, "--rays", "8192", "--quiet"])?;
     let figures: Value =
         serde_json::from_str(&run("sonel-analyze", &["parameters", &response, "--format", "json"])?)?;
     let receivers = figures["receivers"].as_array().context("receivers")?;
@@ -46,7 +46,14 @@ pub(super) fn rows(room: &Room, variant: Variant) -> Result<Vec<Row>> {
                 bands.iter().find(|band| band["center_frequency_hz"] == centre)?[key]["value"].as_f64()
             };
             let values: Vec<f64> = receivers.iter().filter_map(value).collect();
-            values.iter().sum::<f64>() / values.len() as f64
+            let mean =
+                |of: fn(f64) -> f64| values.iter().map(|&it| of(it)).sum::<f64>() / values.len() as f64;
+            // Of levels that of the energy.
+            if key.ends_with("_db") {
+                10.0 * mean(|level| 10_f64.powf(0.1 * level)).log10()
+            } else {
+                mean(|it| it)
+            }
         })
     };
     Ok(room.bands.iter().map(of_band).collect())

@@ -4,9 +4,10 @@
 
 use std::f64::consts::LOG10_E;
 
-use sonel_geometry::Geometry;
+use glam::DMat3;
+use sonel_geometry::{Geometry, SurfaceId};
 use sonel_map::Mode;
-use sonel_renderer::boundary::{HIGHEST_HZ, weight};
+use sonel_renderer::boundary::{HIGHEST_HZ, facing, weight};
 use sonel_scene::Scene;
 
 use super::spec::Request;
@@ -26,15 +27,14 @@ pub(super) fn decide(request: Request, mode: Mode, scene: &Scene, geometry: &Geo
         let reason = "in rendering, in proportion to what encloses each receiver; nothing outdoors";
         return decision(&is_low, reason.to_owned());
     };
-    let area = geometry.area();
-    let energy = |f: f64| weight(area / (4.0 * volume), scene.speed_of_sound / f, f);
-    let level_db: Vec<f64> = nominal.iter().map(|&f| -10.0 * LOG10_E * libm::log(energy(f))).collect();
-    let listed = nominal.iter().zip(&level_db).filter(|(f, _)| is_low(**f));
-    let listed: Vec<String> = listed.map(|(f, db)| format!("−{db:.2} dB at {f} Hz")).collect();
-    let reason = format!(
-        "all but direct sound is lower by 10 lg(1 + c S/(8 V f)), V {volume:.0} m³, S {area:.0} m², {}; in rendering, for the walls about each receiver",
-        listed.join(", ")
-    );
+    let surfaces = (0..).map(SurfaceId).zip(geometry.surfaces());
+    let walls: DMat3 =
+        surfaces.map(|(id, it)| geometry.exposed(id) / (4.0 * volume) * facing(it.normal)).sum();
+    let change = |f: f64| 10.0 * LOG10_E * libm::log(weight(walls, scene.speed_of_sound / f, f));
+    let listed = nominal.iter().filter(|f| is_low(**f)).map(|&f| format!("{:+.2} dB at {f} Hz", change(f)));
+    let listed = listed.collect::<Vec<_>>().join(", ").replace('-', "−");
+    let reason = format!("all but direct sound: {listed}; in rendering, for the walls about each receiver");
+    let level_db: Vec<f64> = nominal.iter().map(|&f| change(f).abs()).collect();
     let bound = Some(Bound { decay: vec![0.0; level_db.len()], level_db });
     Decision { bound, ..decision(&is_low, reason) }
 }

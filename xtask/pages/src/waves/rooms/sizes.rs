@@ -121,7 +121,7 @@ fn one_sided() -> Vec<Plan> {
 pub(super) fn all() -> Vec<Room> {
     let room = |plan: Plan| {
         let (toml, obj) = (plan.toml(), plan.mesh().text);
-        Room { name: plan.name, bands: BANDS, packets: "30k", toml, obj }
+        Room { name: plan.name, bands: BANDS, packets: "10k", toml, obj }
     };
     plans().into_iter().chain(one_sided()).map(room).collect()
 }
@@ -143,7 +143,9 @@ impl Plan {
             let [a, b, c] = self.size;
             format!("[{:.3}, {:.3}, {:.3}]", x * a, y * b, z * c)
         };
-        let _ = write!(text, "\n[[sources]]\nposition = {}\n", place([0.17, 0.31, 0.56]));
+        for at in [[0.17, 0.31, 0.56], [0.12, 0.64, 0.71], [0.55, 0.8, 0.3], [0.92, 0.57, 0.66]] {
+            let _ = write!(text, "\n[[sources]]\nposition = {}\n", place(at));
+        }
         for at in [
             [0.33, 0.72, 0.41],
             [0.41, 0.62, 0.64],
