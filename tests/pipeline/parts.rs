@@ -8,7 +8,8 @@ use sonel_testkit::test_folder::TestFolder;
 use crate::{printed, render, response, test_folder, trace};
 
 /// More receivers than are rendered at once, which none of the jobs divides alike.
-const GRID: [&str; 5] = ["--grid", "0.5:4.5:10,0.6:2.4:7,1.4", "--bin", "0.01", "--directions"];
+const GRID: [&str; 7] =
+    ["--grid", "0.5:4.5:10,0.6:2.4:7,1.4", "--bin", "0.01", "--directions", "--rays", "64"];
 
 pub(crate) fn merge(folder: &TestFolder, parts: &[&str], output: &str) -> anyhow::Result<String> {
     let place = |name: &&str| folder.path(name).display().to_string();
