@@ -40,7 +40,7 @@ type Columns = Vec<Vec<Row>>;
 /// is then printed.
 pub(crate) fn run(only: Option<&str>) -> Result<()> {
     let mut table = tables::CSV_HEAD.to_owned();
-    let (mut boxes, mut sizes) = (Vec::new(), Vec::new());
+    let mut boxes = Vec::new();
     for room in rooms::all()?.iter().filter(|room| only.is_none_or(|only| only == room.name)) {
         let begun = Instant::now();
         let mut columns = vec![of_waves(room)?];
@@ -51,8 +51,6 @@ pub(crate) fn run(only: Option<&str>) -> Result<()> {
         table += &tables::csv(room.name, room.bands, &columns);
         if room.is_box() {
             boxes.push(columns);
-        } else if room.is_of_sizes() {
-            sizes.push(columns);
         }
     }
     if only.is_some() {
@@ -60,9 +58,7 @@ pub(crate) fn run(only: Option<&str>) -> Result<()> {
         return Ok(());
     }
     workspace::write(TABLE, table)?;
-    let summary = tables::summary("six boxes", rooms::BANDS, &boxes)
-        + "\n"
-        + &tables::summary("twenty rooms", rooms::BANDS, &sizes);
+    let summary = tables::summary(rooms::BANDS, &boxes);
     workspace::write(PAGE, workspace::with_figures(&workspace::read(PAGE)?, &summary)?)
 }
 

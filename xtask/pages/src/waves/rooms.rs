@@ -97,11 +97,6 @@ impl Room {
         self.toml == PLAIN
     }
 
-    /// Whether it is one of the rooms of all sizes.
-    pub(super) fn is_of_sizes(&self) -> bool {
-        !self.is_box() && self.name != "hall"
-    }
-
     /// Writes scene and mesh below target; the name of the scene file.
     pub(super) fn write(&self, variant: &str, is_locally_reacting: bool) -> Result<String> {
         let folder = format!("{FOLDER}/{}", self.name);

@@ -26,10 +26,10 @@ pub(super) fn csv(room: &str, bands: &[f64], columns: &Columns) -> String {
 }
 
 /// Mean and root mean square of the deviations over `rooms`, a column per band.
-pub(super) fn summary(title: &str, bands: &[f64], rooms: &[Columns]) -> String {
+pub(super) fn summary(bands: &[f64], rooms: &[Columns]) -> String {
     let names: Vec<String> = bands.iter().map(|band| format!(" {band} Hz |")).collect();
     let rule = "---|".repeat(bands.len());
-    let mut text = format!("| {title}: mean (rms) deviation from waves |{}\n|---|{rule}\n", names.concat());
+    let mut text = format!("| mean (rms) deviation from waves |{}\n|---|{rule}\n", names.concat());
     for (name, quantity, variant) in SHOWN {
         text += &format!("| {name}, {} |", VARIANTS[variant].title);
         for band in 0..bands.len() {
@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn deviations_are_relative_for_times_and_differences_for_levels() {
-        let text = summary("rooms", &[63.0], &[room(1.0, 7.0), room(2.2, 11.0)]);
+        let text = summary(&[63.0], &[room(1.0, 7.0), room(2.2, 11.0)]);
         assert!(text.contains("| G, uniform | −1.0 (2.2) dB |\n"), "{text}");
         assert!(text.contains("| T30, locally reacting | −20 (36) % |\n"), "{text}");
     }
