@@ -41,6 +41,7 @@ ROLL = {"balloon": "<u4", "up": ("<f8", 3)}
 BALLOON = {"name": "text", "azimuths": "<u4", "polars": "<u4", "factors": ["<f8"]}
 VARIANT = {"material": "<u4", **MATERIAL}
 VARIANTS = {"variants": [VARIANT]}
+DESIGNS = {"designs": [{"name": "text", "choices": [("<u4", 2)]}]}
 DIRECTIVITY = {"balloons": [BALLOON], "sources": [ROLL], "receivers": ["text"]}
 SECTION = {"name": "text", "offset": "<u8", "length": "<u8", "digest": ("<u1", 32)}
 HEADER = {"tool_version": "text", "settings": SETTINGS, "effects": [EFFECT], "scene": SCENE, "center": ("<f8", 3),
@@ -102,6 +103,7 @@ class SonelMap:
         variants = Record(self.section("variants", "<u1").tobytes()).take(VARIANTS)["variants"] if "variants" in self.sections else []
         self.kinds = [[material, *(variant for variant in variants if variant["material"] == number)]
                       for number, material in enumerate(self.header["scene"]["materials"])]
+        self.designs = Record(self.section("designs", "<u1").tobytes()).take(DESIGNS)["designs"] if "designs" in self.sections else []
         uniform = np.zeros(len(self.header["scene"]["materials"]), np.uint8)
         self.laws = self.section("absorption.laws", "<u1") if "absorption.laws" in self.sections else uniform
         self.gradient = float(self.section(GRADIENT, "<f8")[0]) if GRADIENT in self.sections else 0.0
@@ -172,12 +174,18 @@ def shares(kind):
 
 
 def sets(map):
-    """Which kind of every material has its shares, in each set."""
-    found = [[]]
-    for kinds in map.kinds:
-        distinct = [i for i, kind in enumerate(kinds) if all((shares(kind) != shares(other)).any() for other in kinds[:i])]
-        found = [[*chosen, kind] for kind in distinct for chosen in found]
-    return found
+    """Which kind of every material has its shares, in each set, the last material changing fastest."""
+    alike = [[next(i for i, other in enumerate(kinds) if (shares(other) == shares(kind)).all()) for kind in kinds] for kinds in map.kinds]
+    found = [[0] * len(alike)]
+    for design in map.designs:
+        chosen = list(found[0])
+        for material, variant in design["choices"]:
+            chosen[material] = alike[material][variant + 1]
+        found.append(chosen)
+    for number, kinds in enumerate(alike):
+        free = sorted(set(kinds) - {chosen[number] for chosen in found})
+        found += [[*chosen[:number], kind, *chosen[number + 1:]] for kind in free for chosen in found]
+    return sorted({tuple(chosen) for chosen in found})
 
 
 # Ranges of the cosine of incidence: one below 2^-10, then eight equal ones an octave.

@@ -215,7 +215,7 @@ impl Excess {
     fn new(map: &SonelMap) -> Self {
         let MapHeader { scene, settings, .. } = map.header();
         let (leads, bands) = (map.leads(), scene.bands.count());
-        let fresh = Leads::new(&scene.materials, &[], settings.survival, settings.spectral);
+        let fresh = Leads::new(&scene.materials, &[], &[], settings.survival, settings.spectral);
         let by_others = settings.spectral == Spectral::Shared;
         let moment = |factors: [f64; 3], probabilities: [f64; 3]| -> f64 {
             let of = |(factor, probability)| if factor > 0.0 { factor * factor / probability } else { 0.0 };

@@ -100,7 +100,7 @@ impl CoefficientTable {
     /// The table for `materials` over `bands` bands, each a lead, and the survival exponent β in [0, 1].
     #[must_use]
     pub fn new(materials: &[Material], bands: usize, survival: f64) -> Self {
-        let leads = Leads::new(materials, &[], survival, Spectral::PerBand);
+        let leads = Leads::new(materials, &[], &[], survival, Spectral::PerBand);
         Self::grouped(materials, &BandClasses::separate(bands), &leads)
     }
 

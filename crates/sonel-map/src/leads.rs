@@ -7,8 +7,10 @@
 //! v B + b draws with set v of shares in band b of B. The balance heuristic over all leads bounds the weights of every variant by the
 //! number of sets, so its standard errors by the root of that (docs/physics.md §2; [Veach1995]).
 
+use std::collections::BTreeSet;
+
 use sonel_acoustics::Material;
-use sonel_scene::Scene;
+use sonel_scene::{Design, Scene};
 
 use crate::classes::BandClasses;
 use crate::spectral::Spectral;
@@ -33,17 +35,19 @@ pub struct Leads {
 }
 
 impl Leads {
-    /// The leads of packets that meet `materials` and their `variants` (none, or a list for each), with the survival exponent β in [0, 1].
+    /// The leads of packets that meet `materials` and their `variants` (none, or a list for each) as `designs` choose them, with the survival exponent
+    /// β in [0, 1].
     #[must_use]
     pub fn new(
         materials: &[Material],
         variants: &[Vec<Material>],
+        designs: &[Design],
         survival: f64,
         spectral: Spectral,
     ) -> Self {
         let kinds = kinds(materials, variants);
         let bands = materials.first().map_or(0, |material| material.absorption.len());
-        let sets = sets(&kinds);
+        let sets: Vec<Vec<usize>> = sets(&kinds, designs).into_iter().take(MOST_SETS).collect();
         let classes = BandClasses::separate(sets.len() * bands);
         let leads = Self { kinds, sets, bands, survival, classes };
         if spectral == Spectral::PerBand {
@@ -97,11 +101,10 @@ impl Leads {
     }
 }
 
-/// Number of sets of shares for `scene`: the product of the numbers of its materials.
+/// Number of sets of shares for `scene`, at most one more than [`MOST_SETS`].
 #[must_use]
 pub fn set_count(scene: &Scene) -> usize {
-    let shapes = kinds(&scene.materials, &scene.variants).into_iter().map(|kinds| shapes(&kinds).len());
-    shapes.fold(1, usize::saturating_mul)
+    sets(&kinds(&scene.materials, &scene.variants), &scene.designs).len()
 }
 
 fn kinds(materials: &[Material], variants: &[Vec<Material>]) -> Vec<Vec<Material>> {
@@ -112,28 +115,31 @@ fn kinds(materials: &[Material], variants: &[Vec<Material>]) -> Vec<Vec<Material
     materials.iter().enumerate().map(of).collect()
 }
 
-/// The first of `kinds` with each list of shares.
-fn shapes(kinds: &[Material]) -> Vec<usize> {
-    let key = |kind: &Material| -> Vec<[f64; 3]> {
-        (0..kind.absorption.len()).map(|band| shares(kind, band)).collect()
-    };
-    let mut found: Vec<(usize, Vec<[f64; 3]>)> = Vec::new();
-    for (index, kind) in kinds.iter().enumerate() {
-        let key = key(kind);
-        if found.iter().all(|(_, known)| *known != key) {
-            found.push((index, key));
-        }
-    }
-    found.into_iter().map(|(index, _)| index).collect()
+/// The first of `kinds` that has the shares of one of them.
+fn alike(kinds: &[Material], one: usize) -> usize {
+    let bands = kinds[one].absorption.len();
+    let of = |kind: &Material| -> Vec<[f64; 3]> { (0..bands).map(|band| shares(kind, band)).collect() };
+    kinds.iter().position(|kind| of(kind) == of(&kinds[one])).unwrap_or(one)
 }
 
-/// All combinations of shapes, that of the first material changing fastest, at most [`MOST_SETS`].
-fn sets(kinds: &[Vec<Material>]) -> Vec<Vec<usize>> {
-    let mut sets = vec![Vec::new()];
-    for kinds in kinds {
-        let with = |&shape: &usize| sets.iter().map(move |set| [&set[..], &[shape]].concat()).collect();
-        sets = shapes(kinds).iter().map(with).collect::<Vec<Vec<_>>>().concat();
-        sets.truncate(MOST_SETS);
+/// The kinds of the scene, those of its `designs`, and with what no design has all combinations of them; at most one more than [`MOST_SETS`].
+fn sets(kinds: &[Vec<Material>], designs: &[Design]) -> BTreeSet<Vec<usize>> {
+    let mut sets = BTreeSet::from([vec![0; kinds.len()]]);
+    for design in designs {
+        let mut set = vec![0; kinds.len()];
+        for &(material, variant) in &design.choices {
+            set[material as usize] = alike(&kinds[material as usize], variant as usize + 1);
+        }
+        sets.insert(set);
+    }
+    for (material, kinds) in kinds.iter().enumerate() {
+        let known = sets.clone();
+        let is_free =
+            |&kind: &usize| alike(kinds, kind) == kind && known.iter().all(|set| set[material] != kind);
+        for kind in (0..kinds.len()).filter(is_free) {
+            sets.extend(known.iter().map(|set| [&set[..material], &[kind], &set[material + 1..]].concat()));
+        }
+        sets = sets.into_iter().take(MOST_SETS + 1).collect();
     }
     sets
 }
@@ -159,7 +165,7 @@ mod tests {
     }
 
     fn leads(materials: &[Material], variants: &[Vec<Material>]) -> Leads {
-        Leads::new(materials, variants, 0.15, Spectral::Shared)
+        Leads::new(materials, variants, &[], 0.15, Spectral::Shared)
     }
 
     #[test]
@@ -183,9 +189,22 @@ mod tests {
             .iter()
             .map(|set| [0, 1].map(|material| leads.kinds[material][set[material]].scattering[0]))
             .collect();
-        assert_eq!(sets, [[0.1, 0.2], [0.5, 0.2], [0.1, 0.6], [0.5, 0.6]]);
+        assert_eq!(sets, [[0.1, 0.2], [0.1, 0.6], [0.5, 0.2], [0.5, 0.6]]);
         // Both bands are equal.
         assert_eq!((leads.classes().bands(), leads.classes().count()), (8, 4));
+    }
+
+    /// Walls with three kinds of scattering and a floor with two, of which a design chooses both: its combination alone, and with the third kind.
+    #[test]
+    fn designs_have_packets_of_their_combination_alone() {
+        let kinds = |values: &[f64]| values.iter().map(|&s| wall([0.1; 2], s)).collect::<Vec<_>>();
+        let design = Design { name: "treated".to_owned(), choices: vec![(0, 0), (1, 0)] };
+        let variants = [kinds(&[0.5, 0.7]), kinds(&[0.6])];
+        let sets = |designs: &[Design]| {
+            Leads::new(&kinds(&[0.1, 0.2]), &variants, designs, 0.15, Spectral::Shared).sets
+        };
+        assert_eq!(sets(&[design.clone(), design]), [[0, 0], [1, 1], [2, 0], [2, 1]]);
+        assert_eq!(sets(&[]), [[0, 0], [0, 1], [1, 0], [1, 1]], "of six");
     }
 
     #[test]

@@ -280,7 +280,7 @@ impl SonelMap {
     pub fn leads(&self) -> Leads {
         let MapHeader { settings, scene, .. } = &self.header;
         let materials = self.drawn_with.as_deref().unwrap_or(&scene.materials);
-        Leads::new(materials, &scene.variants, settings.survival, settings.spectral)
+        Leads::new(materials, &scene.variants, &scene.designs, settings.survival, settings.spectral)
     }
 
     /// What every event means to the energy of `classes` of bands, and with which probability it was drawn.

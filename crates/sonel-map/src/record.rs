@@ -264,23 +264,14 @@ fn scene(record: SceneRecord, mesh: Mesh, laws: &[u8]) -> Result<Scene, String> 
     Ok(Scene {
         name: record.name,
         up: DVec3::from_array(record.up),
-        bands,
         air: air(record.air),
         speed_of_sound: record.speed_of_sound,
-        sound_speed_gradient: 0.0,
         air_attenuation: record.air_attenuation,
-        duration: record.duration,
-        has_default_duration: false,
-        materials,
-        variants: Vec::new(),
-        designs: Vec::new(),
-        mesh,
-        air_at: Vec::new(),
         sources: record.sources.into_iter().map(|s| source(s, expected)).collect::<Result<_, _>>()?,
         receivers: record.receivers.into_iter().map(receiver).collect::<Result<_, _>>()?,
-        media: None,
         digest: record.scene_digest,
         mesh_digest: record.mesh_digest,
+        ..Scene::from_parts(mesh, materials, bands, record.duration)
     })
 }
 

@@ -34,9 +34,6 @@ pub(crate) fn apply(section: Option<VariantsRecord>, scene: &mut Scene) -> Resul
         }
         scene.variants[material as usize].push(variant);
     }
-    if set_count(scene) > MOST_SETS {
-        return Err("variants differ in more shares of events than packets are traced for".to_owned());
-    }
     Ok(())
 }
 
@@ -60,6 +57,9 @@ pub(crate) fn apply_designs(section: Option<DesignsRecord>, scene: &mut Scene) -
         }
         let choices = choices.into_iter().map(|[material, variant]| (material, variant)).collect();
         scene.designs.push(Design { name, choices });
+    }
+    if set_count(scene) > MOST_SETS {
+        return Err("variants differ in more shares of events than packets are traced for".to_owned());
     }
     Ok(())
 }

@@ -9,7 +9,7 @@
 
 /// Revision of the paths: raised by every change after which the same command may write other paths or another ledger. `tests/pipeline`
 /// keeps digests of some runs. Maps of two revisions are never joined.
-pub const REVISION: u32 = 6;
+pub const REVISION: u32 = 7;
 
 pub mod interaction;
 pub mod packet;

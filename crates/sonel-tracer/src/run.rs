@@ -93,7 +93,13 @@ impl<'a> Tracer<'a> {
         let bands = scene.bands.count();
         let still = vec![0.0; bands];
         let classes = BandClasses::alike(&scene.materials, &scene.sources, &still, settings.spectral);
-        let leads = Leads::new(&scene.materials, &scene.variants, settings.survival, settings.spectral);
+        let leads = Leads::new(
+            &scene.materials,
+            &scene.variants,
+            &scene.designs,
+            settings.survival,
+            settings.spectral,
+        );
         let surfaces = geometry
             .surfaces()
             .iter()

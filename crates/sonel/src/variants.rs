@@ -156,10 +156,9 @@ pub(crate) fn add(options: &[Variants], scene: &mut Scene, geometry: &Geometry) 
             variants.len()
         )));
     }
-    let sets = set_count(scene);
-    if sets > MOST_SETS {
+    if set_count(scene) > MOST_SETS {
         return Err(Error::refused(format!(
-            "the variants combine to {sets} kinds of scattering and transmission, at most {MOST_SETS} can be traced together: leave some out, or trace several maps; any number of absorptions is possible"
+            "the variants combine to more than {MOST_SETS} kinds of scattering and transmission, which is the most that can be traced together: leave some out, name combinations in [variants.NAME], or trace several maps; any number of absorptions is possible"
         )));
     }
     if scene.has_default_duration && !options.is_empty() {
@@ -312,7 +311,7 @@ mod tests {
         for (option, expected) in [
             ("materials.wall.north.absorption=1.5", "1.5 is outside 0 … 1"),
             ("materials.roof.absorption=0.5", "it has \"wall.north\""),
-            ("materials.wall.north.scattering=0.1,0.2,0.3,0.4", "5 kinds of scattering"),
+            ("materials.wall.north.scattering=0.1,0.2,0.3,0.4", "more than 4 kinds of scattering"),
             ("materials.wall.north.scattering=0.1:0.3", "names no variants"),
             ("materials.wall.north.transmission=0.3", "exceeds absorption"),
             ("walls=0.3", "names no variants"),

@@ -53,8 +53,7 @@ pub(super) fn advice(scene: &Scene, geometry: &Geometry) -> Vec<String> {
             "{of}: waves are mixed more than rays: scattering of all surfaces is at least {least} (docs/validation.md)"
         ))
     };
-    let of_design =
-        |it: &Design| Some((format!("variants.{} as a scene of its own", it.name), scene.design(&it.name)?));
+    let of_design = |it: &Design| Some((format!("variants.{}", it.name), scene.design(&it.name)?));
     let designs = scene.designs.iter().filter_map(of_design);
     let all = std::iter::once(("materials".to_owned(), scene.materials.clone())).chain(designs);
     flat_walls(scene, geometry).into_iter().chain(all.filter_map(by_rule)).collect()
