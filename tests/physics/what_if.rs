@@ -6,8 +6,9 @@ use sonel_analysis::what_if::{Fitness, fitness};
 use sonel_analysis::{Parameter, ReceiverParameters, parameters};
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
+use sonel_map::leads::{MOST_SETS, set_count};
 use sonel_renderer::{RenderSettings, Renderer};
-use sonel_scene::Scene;
+use sonel_scene::{Design, Scene};
 use sonel_tests::estimates::{agree_in_windows, windows};
 use sonel_tests::two_rooms::{Partition, two_rooms};
 use sonel_tests::{Traced, batch_fluence, changed_box};
@@ -90,6 +91,20 @@ fn scattering() {
     flutter.materials[1].absorption = vec![0.8; 2];
     flutter.materials[2].absorption = vec![0.8; 2];
     check(&flutter, |scene| scene.materials[0].scattering = vec![0.08, 0.1]);
+}
+
+/// Three materials with two scattering coefficients each would be eight combinations; named, they are two.
+#[test]
+fn scattering_of_a_named_variant() {
+    let mut flutter = room();
+    flutter.materials[1].absorption = vec![0.8; 2];
+    flutter.materials[2].absorption = vec![0.8; 2];
+    let smooth = |of: &Material| vec![Material { scattering: vec![0.08, 0.1], ..of.clone() }];
+    flutter.variants = flutter.materials.iter().map(smooth).collect();
+    assert_eq!(set_count(&flutter), MOST_SETS + 1, "and more");
+    flutter.designs = vec![Design { name: "smooth".to_owned(), choices: vec![(0, 0), (1, 0), (2, 0)] }];
+    assert_eq!(set_count(&flutter), 2);
+    check(&flutter, |scene| scene.materials = scene.design("smooth").expect("the design"));
 }
 
 #[test]
