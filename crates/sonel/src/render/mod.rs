@@ -100,12 +100,13 @@ impl Rendered {
         let echograms = self.response.echograms();
         let changes = &echograms.provenance.sources.first()?.boundary_db;
         let of_band = |(band, f): (usize, &f64)| {
-            let most = changes.iter().map(|of_receiver| of_receiver[band]).reduce(f64::min)?;
-            (most < 0.0).then(|| format!("{:.2} dB at {f} Hz", -most))
+            let largest = |one: f64, other: f64| if one.abs() < other.abs() { other } else { one };
+            let most = changes.iter().map(|of_receiver| of_receiver[band]).reduce(largest)?;
+            (most.abs() > 0.0).then(|| format!("{most:+.2} dB at {f} Hz").replace('-', "−"))
         };
         let bands = echograms.center_frequency_hz.iter().enumerate().filter_map(of_band);
         let bands = bands.collect::<Vec<_>>().join(", ");
-        (!bands.is_empty()).then(|| format!("boundary term: all but direct sound is lower by up to {bands}"))
+        (!bands.is_empty()).then(|| format!("boundary term: all but direct sound by up to {bands}"))
     }
 
     /// Seconds by the observer's clock at the end: on the wall, and of the processor.
