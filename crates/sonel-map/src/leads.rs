@@ -3,7 +3,7 @@
 //! A scene may state variants of its materials that a map shall carry besides ([`Scene::variants`]). With A the largest a = 1 − α + τ of a
 //! material and its variants in a band, every packet of the band survives with A^β: roulette as of the variant that reflects most loses
 //! packets of none. Then the event is drawn by shares of the survivors, (1−s) r specular, s r diffuse and t transmitted, with t = τ/a,
-//! at least [`LEAST_THROUGH`] where 0 < τ and α < 1, and r = 1 − t. Variants that differ in shares have packets of their own: lead
+//! at least [`LEAST_THROUGH`] where 0 < τ and α < 1, and r = 1 − t. Variants that differ in shares have packets of their own, those of designs in these combinations alone: lead
 //! v B + b draws with set v of shares in band b of B. The balance heuristic over all leads bounds the weights of every variant by the
 //! number of sets, so its standard errors by the root of that (docs/physics.md §2; [Veach1995]).
 

@@ -6,7 +6,7 @@
 //!
 //! Where walls are not much farther apart than half a wave, waves of order zero between them take over, which have no node there and lose less:
 //! Σ (λ/2L)³/3 over three axes with distances L joins the factor. It is our own, fitted to waves in eight rooms of 21 to 190 m³ at 63 Hz, t from
-//! 0.8 to 1.5, and held against twelve others (docs/validation.md). Beyond t = 1.5 there are single modes, and the factor stays.
+//! 0.8 to 1.5, and held against twelve others (docs/validation.md). Beyond 1.1, the largest of these, the sum stays.
 //!
 //! Walls are those of random flights about the receiver, so a room with a door counts as itself. What comes back from a wall with the amplitude r
 //! is in phase by 2r/(1 + r²) of its energy: a black wall has no layer, and is a hole to all of the room. Where half of the flights are lost there
@@ -25,8 +25,8 @@ const WALKS: u64 = 512;
 const FLIGHTS: u32 = 12;
 /// First flights, which depend on the place: the fifth from a corner of a box is 2 % short in the mean.
 const FORGOTTEN: u32 = 4;
-/// Largest λ/(2ℓ) that waves were compared with [1]: a booth of 21 m³ at 63 Hz (docs/validation.md).
-const CLOSEST: f64 = 1.5;
+/// Largest sum of walls near one another that waves were compared with [1]: a booth of 21 m³ at 63 Hz (docs/validation.md).
+const NEAREST: f64 = 1.1;
 
 /// Factors on the energy of everything but direct sound at `position` (about the scene's centre [m]), per band of `scene`.
 pub(crate) fn weights(
@@ -44,8 +44,7 @@ pub(crate) fn weights(
 #[must_use]
 pub fn weight(walls: DMat3, wavelength: f64, center_hz: f64) -> f64 {
     let layers = if center_hz > HIGHEST_HZ { DMat3::ZERO } else { 0.5 * wavelength * walls };
-    let layers = (CLOSEST / trace(layers)).min(1.0) * layers;
-    1.0 / (1.0 + trace(layers)) + 8.0 / 3.0 * trace(layers * layers * layers)
+    1.0 / (1.0 + trace(layers)) + (8.0 / 3.0 * trace(layers * layers * layers)).min(NEAREST)
 }
 
 /// The part that a wall with this normal has of what flights meet: n nᵀ.
@@ -170,7 +169,7 @@ mod tests {
     fn the_term_ends_above_its_highest_band_and_in_small_rooms() {
         let walls = DMat3::from_diagonal(DVec3::new(0.1, 0.2, 0.2));
         assert!((weight(walls, 2.0, 125.0) - (1.0 / 1.5 + 0.136 / 3.0)).abs() < 1e-12);
-        assert!((weight(walls, 8.0, 125.0) - weight(walls, 6.0, 125.0)).abs() < 1e-12);
+        assert!((weight(walls, 10.0, 125.0) - (1.0 / 3.5 + NEAREST)).abs() < 1e-12);
         assert!((weight(walls, 2.0, 1000.0) - 1.0).abs() < 1e-12);
     }
 }
