@@ -11,7 +11,7 @@ use crate::python::printed;
 use xtask::workspace::{self, Profile};
 
 /// Scenes that the page is driven in.
-const SCENES: [&str; 4] = ["shoebox", "seed-room", "office", "hall"];
+const SCENES: [&str; 5] = ["shoebox", "seed-room", "office", "hall", "church"];
 
 /// Drives the page of each scene in Chromium. Where it cannot run: what it needs.
 pub(crate) fn accept() -> Result<Option<&'static str>> {

@@ -48,7 +48,7 @@ pub(crate) fn run(only: Option<&str>) -> Result<()> {
         for variant in packets::VARIANTS {
             columns.push(packets::rows(room, variant)?);
         }
-        table += &tables::csv(room.name, room.bands, &columns);
+        table += &tables::csv(&room.name, room.bands, &columns);
         if room.is_box() {
             boxes.push(columns);
         }
@@ -106,8 +106,9 @@ fn solve(scene: &Scene, geometry: &Geometry, admittances: &[f64]) -> Vec<Vec<f64
     };
     let middle = |cell: [usize; 3]| low + CELL * (DVec3::from_array(cell.map(|index| index as f64)) + 0.5);
     let wall = |cell: [usize; 3], axis: usize| {
-        wall_between(geometry, middle(cell), DVec3::AXES[axis])
-            .map(|surface| admittances[geometry.surface(surface).material as usize])
+        let surface = geometry.surface(wall_between(geometry, middle(cell), DVec3::AXES[axis])?);
+        // Steps of cells have more area than the slope that they stand for, |x| + |y| + |z| of its normal.
+        Some(admittances[surface.material as usize] / surface.normal.abs().element_sum())
     };
     let receivers: Vec<[usize; 3]> =
         scene.receivers.iter().map(|receiver| cell_of(receiver.position)).collect();

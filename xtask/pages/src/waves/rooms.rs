@@ -1,5 +1,6 @@
-//! Rooms that both models can do: boxes with and without obstacles, rooms of all sizes, and the shipped hall.
+//! Rooms that both models can do: boxes with and without obstacles, rooms of all sizes, chosen and drawn, and the shipped hall.
 
+mod random;
 mod sizes;
 
 use std::fmt::Write;
@@ -14,7 +15,7 @@ const FOLDER: &str = "target/waves";
 /// A room and how much work it is worth.
 pub(super) struct Room {
     /// In options, file names and the table.
-    pub name: &'static str,
+    pub name: String,
     /// Octaves compared [Hz].
     pub bands: &'static [f64],
     /// Packets per source.
@@ -29,7 +30,7 @@ pub(super) const BANDS: &[f64] = &[63.0, 125.0, 250.0];
 /// All rooms of the table.
 pub(super) fn all() -> Result<Vec<Room>> {
     let hall = Room {
-        name: "hall",
+        name: "hall".to_owned(),
         bands: BANDS,
         packets: "30k",
         toml: workspace::read("scenes/hall/scene.toml")?,
@@ -48,13 +49,13 @@ pub(super) fn all() -> Result<Vec<Room>> {
         ("door-4", two_rooms(4.0)),
     ];
     let boxes = boxes.map(|(name, mesh)| Room {
-        name,
+        name: name.to_owned(),
         bands: BANDS,
         packets: "30k",
         toml: PLAIN.to_owned(),
         obj: mesh.text,
     });
-    Ok(boxes.into_iter().chain([hall]).chain(sizes::all()).collect())
+    Ok(boxes.into_iter().chain([hall]).chain(sizes::all()?).chain(random::all()?).collect())
 }
 
 /// 24 × 16 × 10 m, bare but for the floor.

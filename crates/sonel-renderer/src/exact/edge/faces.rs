@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use glam::DVec3;
+use rayon::prelude::*;
 use sonel_diffraction::Wedge;
 
 use super::RoomEdge;
@@ -136,12 +137,13 @@ impl Joined {
 
     /// With the partners of all edges, but for the pairs `of_faces`.
     fn with_partners(mut self, edges: &[RoomEdge], of_faces: &HashSet<[usize; 2]>) -> Self {
-        let is_partner = |i: usize, j: usize| {
-            let [one, other] = [&edges[i], &edges[j]];
-            i != j && !of_faces.contains(&[i, j]) && self.shows(one, other) && self.shows(other, one)
-        };
-        let of = |i: usize| (0..edges.len()).filter(|&j| is_partner(i, j)).collect();
-        self.partners = (0..edges.len()).map(of).collect();
+        let count = 0..edges.len();
+        let from = |one| edges.iter().map(|other| self.shows(one, other)).collect();
+        let shows: Vec<Vec<bool>> = edges.par_iter().map(from).collect();
+        let is_partner =
+            |i: usize, j: usize| i != j && shows[i][j] && shows[j][i] && !of_faces.contains(&[i, j]);
+        self.partners =
+            count.clone().map(|i| count.clone().filter(|&j| is_partner(i, j)).collect()).collect();
         self
     }
 }

@@ -1,40 +1,46 @@
 //! Twenty rooms of 21 to 5184 m³, bare and furnished, with even and uneven absorption.
 //!
-//! Furniture are blocks of the walls' material. Surfaces scatter as `sonel-trace check` advises, with s = 0.1 where it advises nothing. All lengths are multiples of the solver's cell.
+//! Furniture are blocks of the walls' material. Surfaces scatter as `sonel-trace check` advises, with s = 0.1 where it advises nothing. All lengths
+//! are multiples of the solver's cell.
 
 use std::fmt::Write;
+
+use anyhow::{Result, anyhow};
 
 use super::{BANDS, Mesh, Room};
 
 /// Corner and opposite corner of a block [m].
-type Block = [[f64; 3]; 2];
+pub(super) type Block = [[f64; 3]; 2];
 
 /// A room on a floor plan of rectangles.
-struct Plan {
-    name: &'static str,
+pub(super) struct Plan {
+    pub name: String,
     /// Inner size [m].
-    size: [f64; 3],
+    pub size: [f64; 3],
     /// α of walls, floor and ceiling.
-    absorption: [f64; 3],
+    pub absorption: [f64; 3],
     /// Blocks from floor to ceiling that the plan lacks, flush with its walls: an L-shape, or the wall beside a door.
-    solid: Vec<Block>,
-    furniture: Vec<Block>,
-    /// s of all surfaces, per band.
-    scattering: [f64; 3],
-    duration: f64,
+    pub solid: Vec<Block>,
+    pub furniture: Vec<Block>,
+    /// Rise of the ceiling along x, as a part of the height; floors and furniture rise with it.
+    pub slope: f64,
+    /// By which the room is turned about z [rad].
+    pub turn: f64,
+    /// [s].
+    pub duration: f64,
 }
 
 /// `count` blocks of `size` [m] in rows along x and y from `first` [m], `pitch` [m] apart.
-fn rows(first: [f64; 3], size: [f64; 3], pitch: [f64; 2], count: [u32; 2]) -> Vec<Block> {
+pub(super) fn rows(first: [f64; 3], size: [f64; 3], pitch: [f64; 2], count: [u32; 2]) -> Vec<Block> {
     let place =
         |i: u32, j: u32| [first[0] + f64::from(i) * pitch[0], first[1] + f64::from(j) * pitch[1], first[2]];
     let block = |from: [f64; 3]| [from, [0, 1, 2].map(|axis| from[axis] + size[axis])];
     (0..count[0]).flat_map(|i| (0..count[1]).map(move |j| block(place(i, j)))).collect()
 }
 
-fn plan(name: &'static str, size: [f64; 3], absorption: [f64; 3], duration: f64) -> Plan {
+pub(super) fn plan(name: &str, size: [f64; 3], absorption: [f64; 3], duration: f64) -> Plan {
     let (solid, furniture) = (Vec::new(), Vec::new());
-    Plan { name, size, absorption, solid, furniture, scattering: [0.1; 3], duration }
+    Plan { name: name.to_owned(), size, absorption, solid, furniture, slope: 0.0, turn: 0.0, duration }
 }
 
 fn plans() -> Vec<Plan> {
@@ -49,32 +55,24 @@ fn plans() -> Vec<Plan> {
     ];
     vec![
         plan("booth", [3.5, 2.5, 2.375], [0.1; 3], 1.6),
-        Plan {
-            furniture: study.to_vec(),
-            scattering: [0.1, 0.13, 0.3],
-            ..plan("study", [4.5, 3.5, 2.625], [0.08, 0.2, 0.08], 1.6)
-        },
-        Plan { scattering: [0.14, 0.14, 0.12], ..plan("box", [6.25, 4.5, 2.75], [0.06, 0.06, 0.4], 3.0) },
+        Plan { furniture: study.to_vec(), ..plan("study", [4.5, 3.5, 2.625], [0.08, 0.2, 0.08], 1.6) },
+        Plan { ..plan("box", [6.25, 4.5, 2.75], [0.06, 0.06, 0.4], 3.0) },
         Plan {
             furniture: rows([1.0, 1.0, 0.0], [1.25, 0.5, 0.75], [2.0, 1.5], [4, 4]),
-            scattering: [0.19, 0.2, 0.34],
             ..plan("classroom", [9.0, 7.0, 3.0], [0.06, 0.06, 0.5], 3.0)
         },
         Plan { solid: walls, ..plan("coupled-pair", [14.0, 5.0, 3.0], [0.1, 0.1, 0.2], 2.5) },
         Plan {
             solid: l_shape,
             furniture: shelves,
-            scattering: [0.12, 0.3, 0.3],
             ..plan("l-shape", [12.0, 8.0, 3.5], [0.1, 0.1, 0.1], 2.5)
         },
         Plan {
             furniture: rows([1.5, 1.5, 0.0], [1.5, 0.75, 0.75], [2.5, 2.0], [5, 4]),
-            scattering: [0.26, 0.27, 0.37],
             ..plan("canteen", [15.0, 11.0, 3.5], [0.06, 0.06, 0.5], 3.5)
         },
         Plan {
             furniture: rows([2.0, 1.5, 0.0], [1.5, 1.0, 1.5], [3.5, 3.0], [4, 3]),
-            scattering: [0.14, 0.32, 0.3],
             ..plan("furnished-box", [16.0, 10.0, 5.0], [0.1, 0.1, 0.3], 3.0)
         },
         plan("gym", [20.0, 12.0, 7.0], [0.12, 0.12, 0.12], 3.5),
@@ -89,46 +87,60 @@ fn plans() -> Vec<Plan> {
 fn one_sided() -> Vec<Plan> {
     let tables = |pitch, count| rows([1.5, 1.5, 0.0], [1.5, 0.75, 0.75], pitch, count);
     vec![
-        Plan { scattering: [0.66, 0.58, 0.38], ..plan("flat", [20.0, 14.0, 3.0], [0.06, 0.06, 0.6], 4.0) },
+        Plan { ..plan("flat", [20.0, 14.0, 3.0], [0.06, 0.06, 0.6], 4.0) },
         Plan {
             furniture: tables([3.0, 2.5], [6, 5]),
-            scattering: [0.47, 0.45, 0.48],
             ..plan("open-office", [20.0, 14.0, 3.0], [0.06, 0.06, 0.6], 4.0)
         },
-        Plan { scattering: [0.26, 0.24, 0.19], ..plan("aisle", [20.0, 2.5, 3.0], [0.06, 0.06, 0.5], 4.0) },
-        Plan { scattering: [0.21, 0.15, 0.1], ..plan("hangar", [20.0, 12.0, 7.0], [0.08, 0.08, 0.5], 4.0) },
+        Plan { ..plan("aisle", [20.0, 2.5, 3.0], [0.06, 0.06, 0.5], 4.0) },
+        Plan { ..plan("hangar", [20.0, 12.0, 7.0], [0.08, 0.08, 0.5], 4.0) },
         Plan {
             furniture: rows([1.0, 1.0, 0.0], [1.25, 0.5, 0.75], [2.5, 1.5], [3, 3]),
-            scattering: [0.13, 0.15, 0.31],
             ..plan("lesson", [8.0, 6.0, 3.25], [0.06, 0.06, 0.4], 4.0)
         },
         Plan {
             furniture: rows([1.0, 1.0, 0.0], [2.0, 0.75, 0.75], [5.0, 3.5], [2, 2]),
-            scattering: [0.42, 0.39, 0.41],
             ..plan("lounge", [10.0, 7.0, 2.75], [0.06, 0.06, 0.7], 4.0)
         },
-        Plan { scattering: [0.13, 0.12, 0.11], ..plan("carpet", [8.0, 7.0, 3.0], [0.06, 0.3, 0.06], 4.0) },
-        Plan { scattering: [0.21, 0.2, 0.17], ..plan("long", [24.0, 6.0, 4.0], [0.06, 0.06, 0.35], 4.0) },
+        Plan { ..plan("carpet", [8.0, 7.0, 3.0], [0.06, 0.3, 0.06], 4.0) },
+        Plan { ..plan("long", [24.0, 6.0, 4.0], [0.06, 0.06, 0.35], 4.0) },
         Plan {
             furniture: tables([2.5, 2.5], [5, 4]),
-            scattering: [0.7, 0.55, 0.45],
             ..plan("call", [15.0, 12.0, 2.75], [0.06, 0.15, 0.8], 4.0)
         },
-        Plan { scattering: [0.39, 0.22, 0.1], ..plan("sports", [24.0, 14.0, 6.0], [0.06, 0.06, 0.7], 4.0) },
+        Plan { ..plan("sports", [24.0, 14.0, 6.0], [0.06, 0.06, 0.7], 4.0) },
     ]
 }
 
-pub(super) fn all() -> Vec<Room> {
-    let room = |plan: Plan| {
-        let (toml, obj) = (plan.toml(), plan.mesh().text);
-        Room { name: plan.name, bands: BANDS, packets: "10k", toml, obj }
-    };
-    plans().into_iter().chain(one_sided()).map(room).collect()
+pub(super) fn all() -> Result<Vec<Room>> {
+    plans().into_iter().chain(one_sided()).map(Plan::room).collect()
 }
 
 impl Plan {
-    fn toml(&self) -> String {
-        let scattering = self.scattering;
+    /// The room, with the scattering that is advised.
+    pub(super) fn room(self) -> Result<Room> {
+        let obj = self.mesh().text;
+        let checkup =
+            sonel_scene::checkup::check(&self.toml([0.1; 3]), &self.name, &mut |_| Ok(obj.clone().into()));
+        let notes = checkup.map_err(|problems| anyhow!("{problems}"))?.notes;
+        let advice = notes.iter().find_map(|note| note.split_once("scattering of all surfaces is at least "));
+        let of_band = |band: &f64| {
+            let named = advice.into_iter().flat_map(|(_, list)| list.split(", "));
+            let mut named = named.filter_map(|it| it.split_once(&format!(" at {band} Hz")));
+            named.next().map_or(Ok(0.1), |(s, _)| s.parse())
+        };
+        let scattering = BANDS.iter().map(of_band).collect::<Result<Vec<f64>, _>>()?;
+        let toml = self.toml([scattering[0], scattering[1], scattering[2]]);
+        Ok(Room { name: self.name, bands: BANDS, packets: "10k", toml, obj })
+    }
+
+    /// Where a place of the upright room is.
+    fn placed(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        let (sine, cosine) = self.turn.sin_cos();
+        [x * cosine - y * sine, x * sine + y * cosine, z * (1.0 + self.slope * (x / self.size[0] - 0.5))]
+    }
+
+    fn toml(&self, scattering: [f64; 3]) -> String {
         let mut text = format!(
             "mesh = \"hall.obj\"\nduration_s = {}\n\n[bands]\ncenter_frequencies_hz = [63, 125, 250]\n\n[air]\nattenuation = false\n",
             self.duration
@@ -141,7 +153,8 @@ impl Plan {
         }
         let place = |[x, y, z]: [f64; 3]| {
             let [a, b, c] = self.size;
-            format!("[{:.3}, {:.3}, {:.3}]", x * a, y * b, z * c)
+            let [x, y, z] = self.placed([x * a, y * b, z * c]);
+            format!("[{x:.3}, {y:.3}, {z:.3}]")
         };
         for at in [[0.17, 0.31, 0.56], [0.12, 0.64, 0.71], [0.55, 0.8, 0.3], [0.92, 0.57, 0.66]] {
             let _ = write!(text, "\n[[sources]]\nposition = {}\n", place(at));
@@ -202,7 +215,7 @@ impl Plan {
                         _ => "walls",
                     };
                     let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
-                    mesh.add_quad(corners.map(corner), material);
+                    mesh.add_quad(corners.map(corner).map(|it| self.placed(it)), material);
                 }
             }
         }
