@@ -138,7 +138,7 @@ impl Traced {
     pub fn for_each_segment(&self, mut visit: impl FnMut(u64, f64, &Segment<'_>)) {
         let classes = BandClasses::separate(self.scene().bands.count());
         let emissions = Emissions::of_map(&self.map, self.geometry.center(), &classes);
-        let table = self.map.coefficients(&classes);
+        let table = self.map.coefficients(&self.map.header().scene.materials, &classes);
         let mut weight = PathWeight::of(&table);
         for batch in 0..emissions.layout.batches {
             for path in self.map.batch_paths(0, batch) {

@@ -85,12 +85,13 @@ fn rooms_have_the_boundary_term_unless_it_is_left_out() {
     let (with, stated) = heard("with.npz", &[]);
     let (without, nothing) = heard("without.npz", &["--effects", "-boundary"]);
     assert!(
-        nothing.is_empty() && (stated[0][0] + 1.4).abs() < 0.1 && stated[0][1].abs() < 1e-12,
+        nothing.is_empty() && (stated[0][0] + 2.1).abs() < 0.1 && stated[0][1].abs() < 1e-12,
         "{stated:?}"
     );
     let factor = 10_f64.powf(0.1 * stated[0][0]);
     assert!(with[0] < 0.8 * without[0] && with[0] > factor * without[0], "{with:?} {without:?}");
-    assert!((with[1] / without[1] - 1.0).abs() < 1e-9, "{with:?} {without:?}");
+    // Energies of all bands choose what is connected.
+    assert!((with[1] / without[1] - 1.0).abs() < 2e-3, "{with:?} {without:?}");
 }
 
 /// A screen of 400 m × 200 m in the open, and nothing else: behind it there is sound, by default.

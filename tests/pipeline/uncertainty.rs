@@ -55,8 +55,8 @@ fn analyze(line: &[&str]) -> Result<(String, String), String> {
 #[test]
 fn parameters_print_the_interval_of_the_materials_beside_that_of_the_simulation() {
     let folder = test_folder();
-    trace(&folder, "room.sonelmap", &["--packets", "1500"]).unwrap();
-    trace(&folder, "other.sonelmap", &["--packets", "1500", "--seed", "2"]).unwrap();
+    trace(&folder, "room.sonelmap", &["--packets", "4k"]).unwrap();
+    trace(&folder, "other.sonelmap", &["--packets", "500", "--seed", "2"]).unwrap();
     let rays = ["--rays", "64"];
     render(&folder, "room.sonelmap", "a.npz", &rays).unwrap();
     render(

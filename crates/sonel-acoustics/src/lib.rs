@@ -14,6 +14,7 @@ pub mod just_noticeable;
 mod lanes;
 mod levels;
 mod material;
+pub mod modes;
 pub mod noise;
 pub mod sample;
 mod source_change;

@@ -22,7 +22,12 @@ impl<'a> Reading<'a> {
     pub fn new(map: &'a SonelMap, geometry: &Geometry) -> Self {
         let classes = BandClasses::separate(map.header().scene.bands.count());
         let emissions = Emissions::of_map(map, geometry.center(), &classes);
-        Self { map, bands: classes.count(), emissions, table: map.coefficients(&classes) }
+        Self {
+            map,
+            bands: classes.count(),
+            emissions,
+            table: map.coefficients(&map.header().scene.materials, &classes),
+        }
     }
 
     /// Visits the segments of `path` of `source` with energies in units of `unit`, see [`PathWeight::emit`].

@@ -205,13 +205,9 @@ impl SonelMap {
     pub fn change(&mut self, materials: Vec<Material>, sources: Vec<Source>) {
         let scene = &mut self.header.scene;
         assert_eq!(materials.len(), scene.materials.len(), "surfaces name their materials by number");
-        assert!(
-            sources
-                .iter()
-                .map(|source| source.position)
-                .eq(scene.sources.iter().map(|source| source.position)),
-            "paths begin at the sources"
-        );
+        let have_moved =
+            sources.iter().zip(&scene.sources).any(|(one, other)| one.position != other.position);
+        assert!(!have_moved && sources.len() == scene.sources.len(), "paths begin at the sources");
         let before = std::mem::replace(&mut scene.materials, materials);
         scene.sources = sources;
         self.drawn_with.get_or_insert(before);
@@ -283,10 +279,10 @@ impl SonelMap {
         Leads::new(materials, &scene.variants, &scene.designs, settings.survival, settings.spectral)
     }
 
-    /// What every event means to the energy of `classes` of bands, and with which probability it was drawn.
+    /// What every event means, at walls of `materials`, to the energy of `classes` of bands, and with which probability it was drawn.
     #[must_use]
-    pub fn coefficients(&self, classes: &BandClasses) -> CoefficientTable {
-        CoefficientTable::grouped(&self.header.scene.materials, classes, &self.leads())
+    pub fn coefficients(&self, materials: &[Material], classes: &BandClasses) -> CoefficientTable {
+        CoefficientTable::grouped(materials, classes, &self.leads())
             .with_surfaces(&self.surfaces)
             .with_propagation(Propagation::of(&self.header.scene, self.center))
     }

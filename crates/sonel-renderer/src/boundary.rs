@@ -1,18 +1,21 @@
-//! The boundary term: energy density of low frequencies in the interior of a room [Waterhouse1955].
+//! The boundary term: what the modes of a room are at low frequencies and rays are not.
 //!
-//! Waves are in phase where a wall reflects them, so that a layer of λ/8 there holds as much energy again. Rays spread the same energy over
-//! the volume alone: in the interior they are too loud by 10 lg(1 + Sλ/(8V)), which ISO 3741 calls the boundary correction. With the mean free
-//! path ℓ = 4V/S and t = λ/(2ℓ) the factor is 1/(1 + t).
+//! - Absorption. Modes of order zero between two walls have half the energy there that others have, and lose half as much. With p the mean share
+//!   of such modes every wall absorbs κ = 1 − p/2 of its α ([`sonel_acoustics::modes`]): decays are 1/κ as long.
+//! - Levels. Waves are in phase where a wall reflects them, so that a layer of λ/8 there holds as much energy again [Waterhouse1955]. Rays spread the same
+//!   energy over the volume alone: in the interior they are too loud by 1 + t, t = λ/(2ℓ) with the mean free path ℓ = 4V/S, which ISO 3741 calls
+//!   the boundary correction. Where walls are not much farther apart than half a wave, waves of order zero take over, which have no node there. Levels
+//!   of steady sound change by κ/(1 + t) + Σ (λ/2L)³/3 of three axes with distances L between walls, whatever the lesser absorption would make of
+//!   them. κ and the sum in it are our own, fitted to waves in 32 rooms of 21 to 2016 m³ from 63 to 250 Hz (docs/validation.md). Beyond 1.1, the
+//!   largest of these, the sum stays.
 //!
-//! Where walls are not much farther apart than half a wave, waves of order zero between them take over, which have no node there and lose less:
-//! Σ (λ/2L)³/3 over three axes with distances L joins the factor. It is our own, fitted to waves in eight rooms of 21 to 190 m³ at 63 Hz, t from
-//! 0.8 to 1.5, and held against twelve others (docs/validation.md). Beyond 1.1, the largest of these, the sum stays.
-//!
-//! Walls are those of random flights about the receiver, so a room with a door counts as itself. What comes back from a wall with the amplitude r
-//! is in phase by 2r/(1 + r²) of its energy: a black wall has no layer, and is a hole to all of the room. Where half of the flights are lost there
-//! is no room. Holds for receivers a quarter of a wavelength off the walls.
+//! Walls are those of random flights, for levels about the receiver, so a room with a door counts as itself, for absorption about the sources. What comes
+//! back from a wall with the amplitude r is in phase by 2r/(1 + r²) of its energy: a black wall has no layer, and is a hole to all of the room. Where
+//! half of the flights are lost there is no room. Holds for receivers a quarter of a wavelength off the walls.
 
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DMat3, Vec3};
+use sonel_acoustics::Material;
+use sonel_acoustics::modes::{facing, spared, trace};
 use sonel_geometry::{Departure, Geometry};
 use sonel_map::{BandValues, CoefficientTable, Lanes, to_lanes};
 use sonel_sampling::{Frame, Purpose, StreamFamily, warp};
@@ -25,46 +28,62 @@ const WALKS: u64 = 512;
 const FLIGHTS: u32 = 12;
 /// First flights, which depend on the place: the fifth from a corner of a box is 2 % short in the mean.
 const FORGOTTEN: u32 = 4;
-/// Largest sum of walls near one another that waves were compared with [1]: a booth of 21 m³ at 63 Hz (docs/validation.md).
+/// Largest sum of walls near one another that waves were compared with [1]: rooms of 21 and 23 m³ at 63 Hz (docs/validation.md).
 const NEAREST: f64 = 1.1;
 
-/// Factors on the energy of everything but direct sound at `position` (about the scene's centre [m]), per band of `scene`.
-pub(crate) fn weights(
-    geometry: &Geometry,
-    table: &CoefficientTable,
-    scene: &Scene,
-    position: Vec3,
-) -> Vec<Lanes> {
-    let walls = walls_about(geometry, table, position);
-    let bands = scene.bands.nominal().iter().zip(walls);
-    to_lanes(bands.map(|(&f, walls)| weight(walls, scene.speed_of_sound / f, f)))
+/// Wavelengths in air at the centres of bands [m]; none above the [highest](HIGHEST_HZ).
+pub fn wavelengths(scene: &Scene) -> Vec<f64> {
+    let of_band = |&f: &f64| if f > HIGHEST_HZ { 0.0 } else { scene.speed_of_sound / f };
+    scene.bands.nominal().iter().map(of_band).collect()
 }
 
-/// Factor where flights meet the `walls` that [`facing`] adds up to [1/m], at a wavelength [m] and centre [Hz].
-#[must_use]
-pub fn weight(walls: DMat3, wavelength: f64, center_hz: f64) -> f64 {
-    let layers = if center_hz > HIGHEST_HZ { DMat3::ZERO } else { 0.5 * wavelength * walls };
-    1.0 / (1.0 + trace(layers)) + (8.0 / 3.0 * trace(layers * layers * layers)).min(NEAREST)
+/// What walls are to the modes of a room.
+pub(crate) struct Modes {
+    /// The materials of the scene as modes meet them.
+    pub materials: Vec<Material>,
+    /// What they absorb, of what they absorb of rays [1], per band.
+    pub absorbed: Vec<f64>,
+    wavelengths: Vec<f64>,
 }
 
-/// The part that a wall with this normal has of what flights meet: n nᵀ.
-#[must_use]
-pub fn facing(normal: DVec3) -> DMat3 {
-    DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z)
+impl Modes {
+    /// Of the room about the sources.
+    pub(crate) fn new(geometry: &Geometry, table: &CoefficientTable, scene: &Scene) -> Self {
+        let sources: Vec<Vec3> = scene.sources.iter().map(|it| geometry.to_local(it.position)).collect();
+        let (walls, wavelengths) = (walls_about(geometry, table, &sources), wavelengths(scene));
+        let absorbed = walls.iter().zip(&wavelengths).map(|(walls, of)| 1.0 - spared(2.0 * *walls, *of));
+        let absorbed: Vec<f64> = absorbed.collect();
+        let mut materials = scene.materials.clone();
+        for Material { absorption, transmission, .. } in &mut materials {
+            for ((absorption, through), absorbed) in absorption.iter_mut().zip(transmission).zip(&absorbed) {
+                *absorption = *through + absorbed * (*absorption - *through);
+            }
+        }
+        Self { materials, absorbed, wavelengths }
+    }
+
+    /// Factors on the energy of everything but direct sound at a `place` (about the scene's centre [m]), per band.
+    pub(crate) fn weights(&self, geometry: &Geometry, table: &CoefficientTable, place: Vec3) -> Vec<Lanes> {
+        let walls = walls_about(geometry, table, &[place]).into_iter().zip(&self.wavelengths);
+        let weights = walls.map(|(walls, wavelength)| weight(walls, *wavelength)).zip(&self.absorbed);
+        to_lanes(weights.map(|(weight, absorbed)| absorbed * weight))
+    }
 }
 
-/// Of what flights meet: 1/ℓ.
-fn trace(walls: DMat3) -> f64 {
-    walls.x_axis.x + walls.y_axis.y + walls.z_axis.z
+/// Factor on levels where flights meet the `walls` that [`facing`] adds up to [1/m], at a wavelength [m].
+pub fn weight(walls: DMat3, wavelength: f64) -> f64 {
+    let layers = 0.5 * wavelength * walls;
+    let interior = (1.0 - spared(2.0 * walls, wavelength)) / (1.0 + trace(layers));
+    interior + (8.0 / 3.0 * trace(layers * layers * layers)).min(NEAREST)
 }
 
-/// n nᵀ/ℓ of flights between walls about `position`, times (1 − e)(1 − 2e) where a share e of them is lost [1/m], per band.
-fn walls_about(geometry: &Geometry, table: &CoefficientTable, position: Vec3) -> Vec<DMat3> {
+/// n nᵀ/ℓ of flights between walls about `places`, times (1 − e)(1 − 2e) where a share e of them is lost [1/m], per band.
+fn walls_about(geometry: &Geometry, table: &CoefficientTable, places: &[Vec3]) -> Vec<DMat3> {
     let family = StreamFamily::new(0, Purpose::BoundaryFlight, [0; 4]);
     let (mut flights, mut length, mut layers) = (0.0, 0.0, vec![DMat3::ZERO; table.bands()]);
     for walk in 0..WALKS {
         let mut stream = family.stream(walk);
-        let mut from = Departure::free(position);
+        let mut from = Departure::free(places[walk as usize % places.len()]);
         let mut direction = warp::uniform_sphere(stream.uniform_pair());
         for flight in 0..FLIGHTS {
             let counted = f64::from(flight >= FORGOTTEN);
@@ -97,6 +116,7 @@ fn walls_about(geometry: &Geometry, table: &CoefficientTable, position: Vec3) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
     use sonel_acoustics::Material;
     use sonel_geometry::{Mesh, MeshTriangle};
 
@@ -121,9 +141,8 @@ mod tests {
     /// Of walls that reflect everything, or absorb a share of it.
     fn about_walls(geometry: &Geometry, absorption: f64, [x, y, z]: [f64; 3]) -> f64 {
         let table = CoefficientTable::new(&[Material::uniform("walls", absorption, 0.5, 1)], 1, 0.15);
-        trace(
-            walls_about(geometry, &table.with_geometry(geometry), geometry.to_local(DVec3::new(x, y, z)))[0],
-        )
+        let place = geometry.to_local(DVec3::new(x, y, z));
+        trace(walls_about(geometry, &table.with_geometry(geometry), &[place])[0])
     }
 
     fn about(geometry: &Geometry, place: [f64; 3]) -> f64 {
@@ -168,8 +187,9 @@ mod tests {
     #[test]
     fn the_term_ends_above_its_highest_band_and_in_small_rooms() {
         let walls = DMat3::from_diagonal(DVec3::new(0.1, 0.2, 0.2));
-        assert!((weight(walls, 2.0, 125.0) - (1.0 / 1.5 + 0.136 / 3.0)).abs() < 1e-12);
-        assert!((weight(walls, 10.0, 125.0) - (1.0 / 3.5 + NEAREST)).abs() < 1e-12);
-        assert!((weight(walls, 2.0, 1000.0) - 1.0).abs() < 1e-12);
+        let absorbed = [2.0, 10.0].map(|wavelength| 1.0 - spared(2.0 * walls, wavelength));
+        assert!((weight(walls, 2.0) - (absorbed[0] / 1.5 + 0.136 / 3.0)).abs() < 1e-12);
+        assert!((weight(walls, 10.0) - (absorbed[1] / 3.5 + NEAREST)).abs() < 1e-12);
+        assert!((weight(walls, 0.0) - 1.0).abs() < 1e-12);
     }
 }

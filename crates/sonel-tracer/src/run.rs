@@ -93,24 +93,15 @@ impl<'a> Tracer<'a> {
         let bands = scene.bands.count();
         let still = vec![0.0; bands];
         let classes = BandClasses::alike(&scene.materials, &scene.sources, &still, settings.spectral);
-        let leads = Leads::new(
-            &scene.materials,
-            &scene.variants,
-            &scene.designs,
-            settings.survival,
-            settings.spectral,
-        );
-        let surfaces = geometry
-            .surfaces()
-            .iter()
-            .map(|surface| Frame::about(surface.normal.as_vec3().normalize()))
-            .collect();
+        let Scene { materials, variants, designs, .. } = scene;
+        let leads = Leads::new(materials, variants, designs, settings.survival, settings.spectral);
+        let frames = geometry.surfaces().iter().map(|it| Frame::about(it.normal.as_vec3().normalize()));
         let surroundings = Surroundings {
             geometry,
             table: CoefficientTable::grouped(&scene.materials, &classes, &leads)
                 .with_geometry(geometry)
                 .with_propagation(Propagation::of(scene, geometry.center())),
-            surfaces,
+            surfaces: frames.collect(),
             reach: scene.duration * scene.speed_of_sound,
             closed: geometry.is_watertight(),
             zones: None,

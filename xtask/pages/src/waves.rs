@@ -44,7 +44,7 @@ pub(crate) fn run(only: Option<&str>) -> Result<()> {
     for room in rooms::all()?.iter().filter(|room| only.is_none_or(|only| only == room.name)) {
         let begun = Instant::now();
         let mut columns = vec![of_waves(room)?];
-        eprintln!("{}: {:.0} s of waves", room.name, begun.elapsed().as_secs_f64());
+        eprintln!("{}: {:.0} s of waves, {columns:.2?}", room.name, begun.elapsed().as_secs_f64());
         for variant in packets::VARIANTS {
             columns.push(packets::rows(room, variant)?);
         }
@@ -106,9 +106,8 @@ fn solve(scene: &Scene, geometry: &Geometry, admittances: &[f64]) -> Vec<Vec<f64
     };
     let middle = |cell: [usize; 3]| low + CELL * (DVec3::from_array(cell.map(|index| index as f64)) + 0.5);
     let wall = |cell: [usize; 3], axis: usize| {
-        let surface = geometry.surface(wall_between(geometry, middle(cell), DVec3::AXES[axis])?);
-        // Steps of cells have more area than the slope that they stand for, |x| + |y| + |z| of its normal.
-        Some(admittances[surface.material as usize] / surface.normal.abs().element_sum())
+        wall_between(geometry, middle(cell), DVec3::AXES[axis])
+            .map(|surface| admittances[geometry.surface(surface).material as usize])
     };
     let receivers: Vec<[usize; 3]> =
         scene.receivers.iter().map(|receiver| cell_of(receiver.position)).collect();

@@ -103,13 +103,8 @@ impl Lines {
         lines.sort_unstable();
         lines.dedup();
         let noted = lines.iter().flat_map(|line| on_sides.get(line)).flatten();
-        let corners = sorted(
-            self.points
-                .iter()
-                .chain(lines.iter().flatten())
-                .chain(self.divided.values().flatten())
-                .chain(noted),
-        );
+        let divided = self.divided.values().flatten();
+        let corners = sorted(self.points.iter().chain(lines.iter().flatten()).chain(divided).chain(noted));
         // What is noted of one line may lie on others too.
         let on = corners_on(&lines, &corners, &mesh.vertices, tolerance);
         let lines: BTreeMap<[u32; 2], Vec<u32>> = lines.into_iter().zip(on).collect();

@@ -24,7 +24,7 @@ fn touch(map: &SonelMap) {
     let Ok(()) = map.check_paths(SURFACES) else { return };
     let classes = BandClasses::separate(map.header().scene.bands.count());
     let emissions = Emissions::of_map(map, map.header().scene.geometry().unwrap().center(), &classes);
-    let table = map.coefficients(&classes);
+    let table = map.coefficients(&map.header().scene.materials, &classes);
     let mut weight = PathWeight::of(&table);
     for chunk in map.chunks() {
         for path in map.chunk_paths(chunk) {

@@ -24,7 +24,7 @@ use sonel_scene::{Propagation, Scene, Source};
 
 use crate::air::AirTable;
 use crate::ball::Surroundings;
-use crate::boundary;
+use crate::boundary::Modes;
 use crate::deposit::TimeBins;
 use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius, filled, free_path};
 use crate::error::RenderError;
@@ -68,6 +68,8 @@ pub struct Preparation {
     /// Bands that neither coefficients nor air tell apart: all estimators work on these.
     pub(crate) classes: BandClasses,
     pub(crate) table: CoefficientTable,
+    /// What modes do, with the boundary term.
+    modes: Option<Modes>,
     /// The edges in each air, where they diffract.
     pub(crate) edges: Vec<Edges>,
     pub(crate) normals: Vec<Vec3>,
@@ -148,7 +150,9 @@ impl<'a> Renderer<'a> {
         let classes = if diffracts || settings.boundary { all_apart() } else { map.classes(&attenuation) };
         let carried = carries(&settings.air, map);
         let (airs, least) = Airs::new(scene, &settings.air, &classes, &attenuation, &carried, bins.reach);
-        let table = map.coefficients(&classes);
+        let table = map.coefficients(&scene.materials, &classes);
+        let modes = settings.boundary.then(|| Modes::new(geometry, &table, scene));
+        let table = modes.as_ref().map_or(table, |it| map.coefficients(&it.materials, &classes));
         let has_lattice = settings.estimator == Estimator::Auto && lattice_room(geometry, &table).is_some();
         let sources = scene.sources.len();
         let rays = GatherSettings {
@@ -172,6 +176,7 @@ impl<'a> Renderer<'a> {
             airs,
             carried_air: AirTable::new(&least, bins.reach),
             table,
+            modes,
             normals: geometry.surfaces().iter().map(|surface| surface.normal.as_vec3().normalize()).collect(),
             emissions: Emissions::of_map(map, geometry.center(), &classes),
             surveys: (0..sources).map(|_| OnceLock::new()).collect(),
@@ -401,41 +406,28 @@ impl<'a> Renderer<'a> {
         let wide = |radius| if settings.gather_radius.is_some() { radius } else { filled(radius, *density) };
         // In a corner discs are small: in an edge of a box one run in twenty was off by six standard deviations where those drew the line.
         let of_room_disc = disc_radius(DISC_PER_FREE_PATH, of_room, settings, traced);
-        let boundary =
-            |position: Vec3| boundary::weights(self.geometry, &self.prepared.table, scene, position);
+        let (geometry, table, modes) = (self.geometry, &self.prepared.table, self.prepared.modes.as_ref());
         receivers
             .par_iter()
             .map(|r| {
-                let position = self.geometry.to_local(r.position);
-                let outlook = sample.seen_from(self.geometry, &self.prepared.table, position);
+                let position = geometry.to_local(r.position);
+                let outlook = sample.seen_from(geometry, table, position);
                 let scale = outlook.scale.map_or(*of_all, |scale| scale.in_halves_of(of_room));
-                let disc = self
-                    .prepared
-                    .gather
-                    .is_some()
-                    .then(|| disc_radius(DISC_PER_FREE_PATH, scale.free_path, settings, traced));
+                let disc = || disc_radius(DISC_PER_FREE_PATH, scale.free_path, settings, traced);
+                let disc = self.prepared.gather.is_some().then(disc);
                 let wide = disc.map(wide);
-                let interface = distance_to_interface(scene, self.geometry, position);
+                let interface = distance_to_interface(scene, geometry, position);
+                let narrow = wide.map(|wide| wide.min(of_room_disc));
                 let about = Surroundings { free_path: scale.distance, interface };
                 let air = airs.as_ref().map_or(0, |airs| airs.at(r.position));
                 PreparedReceiver {
                     air,
-                    stretch: self
-                        .prepared
-                        .table
-                        .propagation()
-                        .stretch(air, r.position - self.geometry.center()),
+                    stretch: table.propagation().stretch(air, r.position - geometry.center()),
                     lateral_axis: settings.directions.then(|| self.lateral_axis(r)).flatten(),
                     directions: outlook.directions,
-                    boundary: if settings.boundary { boundary(position) } else { Vec::new() },
+                    boundary: modes.map_or(Vec::new(), |it| it.weights(geometry, table, position)),
                     disc_radius: wide.unwrap_or(0.0),
-                    ..PreparedReceiver::new(
-                        r,
-                        self.geometry,
-                        about,
-                        traced.emissions,
-                        wide.map(|wide| wide.min(of_room_disc)),
-                    )
+                    ..PreparedReceiver::new(r, geometry, about, traced.emissions, narrow)
                 }
             })
             .collect()

@@ -41,15 +41,17 @@ impl Renderer<'_> {
         self.check_receivers(receivers)?;
         let receivers = self.prepare(source, receivers);
         let columns = axes(&receivers).columns();
-        let echograms = |count| {
-            Deposits::new(count * columns.fine, self.prepared.bins.count, self.prepared.table.bands())
-        };
-        let mut rendering =
-            Rendering::new(receivers.len(), columns, &self.prepared.bins, self.prepared.table.bands());
+        let (bins, bands) = (&self.prepared.bins, self.prepared.table.bands());
+        let echograms = |count| Deposits::new(count * columns.fine, bins.count, bands);
+        let mut rendering = Rendering::new(receivers.len(), columns, bins, bands);
         rendering.mirror_order = self.image_sources(source).order();
-        let bands = self.prepared.table.bands();
-        let factors = |receiver: &PreparedReceiver| receiver.boundary.values().take(bands).collect();
-        rendering.boundary = receivers.iter().map(factors).collect();
+        if let Some(modes) = &self.prepared.modes {
+            let of_level = |receiver: &PreparedReceiver| {
+                let factors = receiver.boundary.values().zip(&modes.absorbed);
+                factors.map(|(factor, absorbed)| factor / absorbed).collect()
+            };
+            rendering.boundary = receivers.iter().map(of_level).collect();
+        }
         rendering.sphere_radius = receivers.iter().map(|receiver| receiver.balls.early_radius()).collect();
         Ok(BatchSums {
             source,
@@ -100,15 +102,9 @@ impl Renderer<'_> {
         }
         let emitter = &self.map.header().scene.sources[source];
         let radiator = Radiator::new(emitter, self.geometry.center());
+        let images = self.image_sources(source);
         // Last: which edges matter depends on what else is heard.
-        self.add_deterministic(
-            &mut rendering,
-            source,
-            radiator,
-            self.image_sources(source),
-            &receivers,
-            &borders,
-        );
+        self.add_deterministic(&mut rendering, source, radiator, images, &receivers, &borders);
         self.bound_unseen(&mut rendering, source, &receivers, &borders);
         rendering.spread(&self.prepared.classes)
     }

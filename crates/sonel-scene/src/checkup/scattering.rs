@@ -9,14 +9,14 @@
 //!   objects are low, as rows of seats in a high hall without a balcony, sound travels above them and they count for nothing.
 //! - Absorption beside the way: no ray along a ceiling meets it, but the wave of order zero between floor and ceiling loses c B/V to their
 //!   admittance B = Σ β S, half of what others lose. Rays do when they are scattered at that rate where they hit, c s N/2V with the area N across
-//!   their way: a = 2 B / N. An admittance pushes the wave away: 1/(1 + 2x²/π²), x = kβh at a distance h, which is exact for small and for large x.
+//!   their way: a = 2 B / (κ N), of rays that lose κ of α where they hit ([`sonel_acoustics::modes`]). An admittance pushes the wave away: 1/(1 + 2x²/π²),
+//!   x = kβh at a distance h, which is exact for small and for large x.
 //!
 //! Compared with waves from 63 to 250 Hz (docs/validation.md).
 
-use std::f64::consts::{PI, TAU};
-
 use glam::{DMat3, DVec3, Vec3Swizzles};
 use sonel_acoustics::absorption_law::impedance;
+use sonel_acoustics::modes::spared;
 use sonel_acoustics::{AbsorptionLaw, Material};
 use sonel_geometry::{Connected, Geometry, SurfaceId};
 
@@ -36,7 +36,7 @@ const SHARE: f64 = 0.05;
 /// Least share of the height that objects take together [1]. Chosen between rooms that they do not mix, a twelfth and a tenth, and a fifth.
 const TALL: f64 = 0.15;
 /// Part of the surfaces beside a way that sound along it hits too [1]: its directions are up to 0.6 rad off an axis. Fitted to T30 of fifteen rooms:
-/// five with absorbing ceilings are off by −2, +4, +12 % on average at 63, 125, 250 Hz; with half by −12, −8, −1, with twice by +22, +30, +34 %.
+/// five with absorbing ceilings were off by −2, +4, +12 % on average at 63, 125, 250 Hz; with half by −12, −8, −1, with twice by +22, +30, +34 %.
 const ASIDE: f64 = 0.3;
 /// Difference of scattering coefficients from which on the rule is named. Chosen: with it T changes by a tenth where absorption is uneven.
 const NAMED: f64 = 0.02;
@@ -102,7 +102,7 @@ fn rule(scene: &Scene, geometry: &Geometry, materials: &[Material]) -> Option<Ve
         };
         let share = objects.iter().map(scattered).sum::<f64>() / area.max(f64::MIN_POSITIVE);
         let beta = |m: u32| impedance(materials[m as usize].absorption[band]).map_or(1.0, f64::recip);
-        let beside = beside_the_way(geometry, axes, beta, TAU * per_metre * volume);
+        let beside = beside_the_way(geometry, axes, beta, [volume, per_metre.recip()]);
         let s = (beside.max(FLAT) + (FURNISHED - FLAT) * share).min(1.0);
         if s <= FLAT || scene.bands.nominal()[band] > HIGHEST { 0.0 } else { (100.0 * s).round() / 100.0 }
     };
@@ -122,12 +122,12 @@ fn axes(scene: &Scene, geometry: &Geometry) -> DMat3 {
     DMat3::from_cols(scene.up, across, scene.up.cross(across)).transpose()
 }
 
-/// Scattering along the axis that needs most of it [1], where walls have the specific `admittance` of a material; volume times wavenumber [m²].
+/// Scattering along the axis that needs most of it [1], where walls have the specific `admittance` of a material; volume [m³] and wavelength [m].
 fn beside_the_way(
     geometry: &Geometry,
     axes: DMat3,
     admittance: impl Fn(u32) -> f64,
-    wavenumbers: f64,
+    [volume, wavelength]: [f64; 2],
 ) -> f64 {
     let (mut area, mut absorbing) = (DVec3::ZERO, DVec3::ZERO);
     for (id, surface) in (0..).map(SurfaceId).zip(geometry.surfaces()) {
@@ -135,8 +135,9 @@ fn beside_the_way(
         let facing = geometry.exposed(id) * cosines * cosines;
         (area, absorbing) = (area + facing, absorbing + admittance(surface.material) * facing);
     }
-    let pushed = 4.0 / PI * wavenumbers * absorbing / (area * area);
-    let lost = 2.0 * absorbing / (1.0 + 2.0 * pushed * pushed);
+    let pushed = 8.0 * volume / wavelength * absorbing / (area * area);
+    let walls = DMat3::from_diagonal(area / (2.0 * volume));
+    let lost = 2.0 * absorbing / (1.0 + 2.0 * pushed * pushed) / (1.0 - spared(walls, wavelength));
     let beside = |lost: DVec3, other: DVec3| lost / (area + ASIDE * other);
     (beside(lost.yzx(), area.zxy()) + beside(lost.zxy(), area.yzx())).max_element()
 }
@@ -255,13 +256,13 @@ mod tests {
                 .with_source("source", place.to_array());
             advised(&scene, &scene.geometry().unwrap())
         };
-        let wavenumber = TAU * 250.0 / 343.0;
+        let (wavelength, size) = (343.0 / 250.0, DVec3::new(20.0, 14.0, 3.0));
         let beta = |absorption: f64| impedance(absorption).unwrap().recip();
         let (up, across) = (280.0 * (beta(0.06) + beta(0.6)), 120.0 * beta(0.06));
-        let lost = |b: f64, area: f64| {
-            2.0 * b / (1.0 + 2.0 * (4.0 * wavenumber * 840.0 * b / area.powi(2) / PI).powi(2))
-        };
-        let expected = lost(up, 560.0) / (84.0 + 0.3 * 120.0) + lost(across, 120.0) / (84.0 + 0.3 * 560.0);
+        let lost =
+            |b: f64, area: f64| 2.0 * b / (1.0 + 2.0 * (8.0 * 840.0 / wavelength * b / area.powi(2)).powi(2));
+        let of_rays = lost(up, 560.0) / (84.0 + 0.3 * 120.0) + lost(across, 120.0) / (84.0 + 0.3 * 560.0);
+        let expected = of_rays / (1.0 - spared(DMat3::from_diagonal(size.recip()), wavelength));
         for turned in [0.0, 0.4] {
             let found = advice(0.6, turned);
             assert_eq!(found.len(), 2, "walls and ceiling");

@@ -5,9 +5,10 @@
 use std::f64::consts::LOG10_E;
 
 use glam::DMat3;
+use sonel_acoustics::modes::{facing, spared};
 use sonel_geometry::{Geometry, SurfaceId};
 use sonel_map::Mode;
-use sonel_renderer::boundary::{HIGHEST_HZ, facing, weight};
+use sonel_renderer::boundary::{wavelengths, weight};
 use sonel_scene::Scene;
 
 use super::spec::Request;
@@ -15,26 +16,25 @@ use super::{Bound, Decision, Effect, left_out};
 
 /// Decides on the boundary term.
 pub(super) fn decide(request: Request, mode: Mode, scene: &Scene, geometry: &Geometry) -> Decision {
-    let nominal = scene.bands.nominal();
-    let decision = |on: &dyn Fn(f64) -> bool, reason| {
-        Decision::new(Effect::Boundary, nominal.iter().map(|&f| on(f)).collect(), reason)
-    };
+    let wavelengths = wavelengths(scene);
+    let is_low: Vec<bool> = wavelengths.iter().map(|of| *of > 0.0).collect();
     if let Some(why) = left_out(request, mode, "the paper has none") {
-        return decision(&|_| false, why.to_owned());
+        return Decision::new(Effect::Boundary, vec![false; is_low.len()], why.to_owned());
     }
-    let is_low = |f: f64| f <= HIGHEST_HZ;
+    let decision = |reason| Decision::new(Effect::Boundary, is_low, reason);
     let Some(volume) = geometry.volume() else {
-        let reason = "in rendering, in proportion to what encloses each receiver; nothing outdoors";
-        return decision(&is_low, reason.to_owned());
+        return decision("in rendering, by what encloses each receiver; nothing outdoors".to_owned());
     };
     let surfaces = (0..).map(SurfaceId).zip(geometry.surfaces());
     let walls: DMat3 =
         surfaces.map(|(id, it)| geometry.exposed(id) / (4.0 * volume) * facing(it.normal)).sum();
-    let change = |f: f64| 10.0 * LOG10_E * libm::log(weight(walls, scene.speed_of_sound / f, f));
-    let listed = nominal.iter().filter(|f| is_low(**f)).map(|&f| format!("{:+.2} dB at {f} Hz", change(f)));
-    let listed = listed.collect::<Vec<_>>().join(", ").replace('-', "−");
+    let change = |&of: &f64| 10.0 * LOG10_E * libm::log(weight(walls, of));
+    let longer = |&of: &f64| (1.0 - spared(2.0 * walls, of)).recip() - 1.0;
+    let low = scene.bands.nominal().iter().zip(&wavelengths).filter(|(_, of)| **of > 0.0);
+    let listed = low.map(|(f, of)| format!("{:+.2} dB at {f} Hz", change(of)).replace('-', "−"));
+    let listed = listed.collect::<Vec<_>>().join(", ");
     let reason = format!("all but direct sound: {listed}; in rendering, for the walls about each receiver");
-    let level_db: Vec<f64> = nominal.iter().map(|&f| change(f).abs()).collect();
-    let bound = Some(Bound { decay: vec![0.0; level_db.len()], level_db });
-    Decision { bound, ..decision(&is_low, reason) }
+    let level_db = wavelengths.iter().map(|of| change(of).abs()).collect();
+    let bound = Some(Bound { level_db, decay: wavelengths.iter().map(longer).collect() });
+    Decision { bound, ..decision(reason) }
 }

@@ -22,10 +22,6 @@ pub(super) struct Plan {
     /// Blocks from floor to ceiling that the plan lacks, flush with its walls: an L-shape, or the wall beside a door.
     pub solid: Vec<Block>,
     pub furniture: Vec<Block>,
-    /// Rise of the ceiling along x, as a part of the height; floors and furniture rise with it.
-    pub slope: f64,
-    /// By which the room is turned about z [rad].
-    pub turn: f64,
     /// [s].
     pub duration: f64,
 }
@@ -40,7 +36,7 @@ pub(super) fn rows(first: [f64; 3], size: [f64; 3], pitch: [f64; 2], count: [u32
 
 pub(super) fn plan(name: &str, size: [f64; 3], absorption: [f64; 3], duration: f64) -> Plan {
     let (solid, furniture) = (Vec::new(), Vec::new());
-    Plan { name: name.to_owned(), size, absorption, solid, furniture, slope: 0.0, turn: 0.0, duration }
+    Plan { name: name.to_owned(), size, absorption, solid, furniture, duration }
 }
 
 fn plans() -> Vec<Plan> {
@@ -56,7 +52,7 @@ fn plans() -> Vec<Plan> {
     vec![
         plan("booth", [3.5, 2.5, 2.375], [0.1; 3], 1.6),
         Plan { furniture: study.to_vec(), ..plan("study", [4.5, 3.5, 2.625], [0.08, 0.2, 0.08], 1.6) },
-        Plan { ..plan("box", [6.25, 4.5, 2.75], [0.06, 0.06, 0.4], 3.0) },
+        plan("box", [6.25, 4.5, 2.75], [0.06, 0.06, 0.4], 3.0),
         Plan {
             furniture: rows([1.0, 1.0, 0.0], [1.25, 0.5, 0.75], [2.0, 1.5], [4, 4]),
             ..plan("classroom", [9.0, 7.0, 3.0], [0.06, 0.06, 0.5], 3.0)
@@ -87,13 +83,13 @@ fn plans() -> Vec<Plan> {
 fn one_sided() -> Vec<Plan> {
     let tables = |pitch, count| rows([1.5, 1.5, 0.0], [1.5, 0.75, 0.75], pitch, count);
     vec![
-        Plan { ..plan("flat", [20.0, 14.0, 3.0], [0.06, 0.06, 0.6], 4.0) },
+        plan("flat", [20.0, 14.0, 3.0], [0.06, 0.06, 0.6], 4.0),
         Plan {
             furniture: tables([3.0, 2.5], [6, 5]),
             ..plan("open-office", [20.0, 14.0, 3.0], [0.06, 0.06, 0.6], 4.0)
         },
-        Plan { ..plan("aisle", [20.0, 2.5, 3.0], [0.06, 0.06, 0.5], 4.0) },
-        Plan { ..plan("hangar", [20.0, 12.0, 7.0], [0.08, 0.08, 0.5], 4.0) },
+        plan("aisle", [20.0, 2.5, 3.0], [0.06, 0.06, 0.5], 4.0),
+        plan("hangar", [20.0, 12.0, 7.0], [0.08, 0.08, 0.5], 4.0),
         Plan {
             furniture: rows([1.0, 1.0, 0.0], [1.25, 0.5, 0.75], [2.5, 1.5], [3, 3]),
             ..plan("lesson", [8.0, 6.0, 3.25], [0.06, 0.06, 0.4], 4.0)
@@ -102,13 +98,13 @@ fn one_sided() -> Vec<Plan> {
             furniture: rows([1.0, 1.0, 0.0], [2.0, 0.75, 0.75], [5.0, 3.5], [2, 2]),
             ..plan("lounge", [10.0, 7.0, 2.75], [0.06, 0.06, 0.7], 4.0)
         },
-        Plan { ..plan("carpet", [8.0, 7.0, 3.0], [0.06, 0.3, 0.06], 4.0) },
-        Plan { ..plan("long", [24.0, 6.0, 4.0], [0.06, 0.06, 0.35], 4.0) },
+        plan("carpet", [8.0, 7.0, 3.0], [0.06, 0.3, 0.06], 4.0),
+        plan("long", [24.0, 6.0, 4.0], [0.06, 0.06, 0.35], 4.0),
         Plan {
             furniture: tables([2.5, 2.5], [5, 4]),
             ..plan("call", [15.0, 12.0, 2.75], [0.06, 0.15, 0.8], 4.0)
         },
-        Plan { ..plan("sports", [24.0, 14.0, 6.0], [0.06, 0.06, 0.7], 4.0) },
+        plan("sports", [24.0, 14.0, 6.0], [0.06, 0.06, 0.7], 4.0),
     ]
 }
 
@@ -134,12 +130,6 @@ impl Plan {
         Ok(Room { name: self.name, bands: BANDS, packets: "10k", toml, obj })
     }
 
-    /// Where a place of the upright room is.
-    fn placed(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
-        let (sine, cosine) = self.turn.sin_cos();
-        [x * cosine - y * sine, x * sine + y * cosine, z * (1.0 + self.slope * (x / self.size[0] - 0.5))]
-    }
-
     fn toml(&self, scattering: [f64; 3]) -> String {
         let mut text = format!(
             "mesh = \"hall.obj\"\nduration_s = {}\n\n[bands]\ncenter_frequencies_hz = [63, 125, 250]\n\n[air]\nattenuation = false\n",
@@ -153,8 +143,7 @@ impl Plan {
         }
         let place = |[x, y, z]: [f64; 3]| {
             let [a, b, c] = self.size;
-            let [x, y, z] = self.placed([x * a, y * b, z * c]);
-            format!("[{x:.3}, {y:.3}, {z:.3}]")
+            format!("[{:.3}, {:.3}, {:.3}]", x * a, y * b, z * c)
         };
         for at in [[0.17, 0.31, 0.56], [0.12, 0.64, 0.71], [0.55, 0.8, 0.3], [0.92, 0.57, 0.66]] {
             let _ = write!(text, "\n[[sources]]\nposition = {}\n", place(at));
@@ -215,7 +204,7 @@ impl Plan {
                         _ => "walls",
                     };
                     let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
-                    mesh.add_quad(corners.map(corner).map(|it| self.placed(it)), material);
+                    mesh.add_quad(corners.map(corner), material);
                 }
             }
         }
