@@ -35,7 +35,7 @@ pub(super) fn rows(room: &Room, variant: Variant) -> Result<Vec<Row>> {
     }
     let run = |program, words: &[&str]| workspace::program(Profile::Release, program, words);
     run("sonel-trace", &[&scene, "-o", &map, "--packets", room.packets, "--quiet"])?;
-    run("sonel-render", &[&map, "-o", &response, "--rays", "8192", "--quiet"])?;
+    run("sonel-render", &[&map, "-o", &response, "--rays", "4096", "--quiet"])?;
     let figures: Value =
         serde_json::from_str(&run("sonel-analyze", &["parameters", &response, "--format", "json"])?)?;
     let receivers = figures["receivers"].as_array().context("receivers")?;

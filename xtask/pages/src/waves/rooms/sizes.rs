@@ -127,7 +127,7 @@ impl Plan {
         };
         let scattering = BANDS.iter().map(of_band).collect::<Result<Vec<f64>, _>>()?;
         let toml = self.toml([scattering[0], scattering[1], scattering[2]]);
-        Ok(Room { name: self.name, bands: BANDS, packets: "10k", toml, obj })
+        Ok(Room { name: self.name, bands: BANDS, packets: "4k", toml, obj })
     }
 
     fn toml(&self, scattering: [f64; 3]) -> String {
