@@ -6,8 +6,8 @@
 //!   energy over the volume alone: in the interior they are too loud by 1 + t, t = λ/(2ℓ) with the mean free path ℓ = 4V/S, which ISO 3741 calls
 //!   the boundary correction. Where walls are not much farther apart than half a wave, waves of order zero take over, which have no node there. Levels
 //!   of steady sound change by κ/(1 + t) + Σ (λ/2L)³/3 of three axes with distances L between walls, whatever the lesser absorption would make of
-//!   them. κ and the sum in it are our own, fitted to waves in 32 rooms of 21 to 2016 m³ from 63 to 250 Hz (docs/validation.md). Beyond 1.1, the
-//!   largest of these, the sum stays.
+//!   them. The sum, fitted to eight rooms of 21 to 190 m³ at 63 Hz, and this κ, chosen with 31 rooms up to 250 Hz in view, are our own
+//!   (docs/validation.md). Beyond 1.1, the largest of these rooms, the sum stays.
 //!
 //! Walls are those of random flights, for levels about the receiver, so a room with a door counts as itself, for absorption about the sources. What comes
 //! back from a wall with the amplitude r is in phase by 2r/(1 + r²) of its energy: a black wall has no layer, and is a hole to all of the room. Where
@@ -21,7 +21,7 @@ use sonel_map::{BandValues, CoefficientTable, Lanes, to_lanes};
 use sonel_sampling::{Frame, Purpose, StreamFamily, warp};
 use sonel_scene::Scene;
 
-/// Highest centre of a band with the term [Hz]: waves were compared up to 250 Hz (docs/validation.md).
+/// Highest centre of a band with the term [Hz]: waves were compared up to 250 Hz, in one room to 500 Hz (docs/validation.md).
 pub const HIGHEST_HZ: f64 = 500.0;
 /// Random walks from a receiver, and flights of each: with them the term has a standard error of 0.01 dB in a room of one wavelength.
 const WALKS: u64 = 512;
