@@ -136,14 +136,16 @@ class RoomView {
     for (const point of [...this.room.sources, ...this.room.receivers]) this.box.expandByPoint(this.local(point.at));
   }
 
-  // Three edges of the box of the room with their coordinates in metres.
+  // Three edges of the box of the room with their coordinates in metres: those on the ground at its near corner, the upright one at its left.
   ruler() {
-    const { min } = this.box, size = this.box.getSize(new THREE.Vector3()), rough = Math.max(...size.toArray()) / 8;
+    const { min, max } = this.box, size = this.box.getSize(new THREE.Vector3()), rough = Math.max(...size.toArray()) / 8;
     const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((step) => step >= rough) ?? 5000, ends = [];
+    const isUpright = (axis) => Math.abs(this.up.getComponent(axis)) > 0.5, side = isUpright(2) ? 1 : 0;
     this.ticks = [];
     const note = (text, at) => this.ticks.push({ body: { position: at }, text: make("span", text, "tick") });
     for (const axis of [0, 1, 2]) {
-      const along = (metres) => min.clone().setComponent(axis, metres), out = axis === 2 ? 0 : 2, [low, origin] = [min.getComponent(axis), this.room.origin[axis]];
+      const foot = isUpright(axis) ? min.clone().setComponent(side, max.getComponent(side)) : min;
+      const along = (metres) => foot.clone().setComponent(axis, metres), out = axis === 2 ? 0 : 2, [low, origin] = [min.getComponent(axis), this.room.origin[axis]];
       const high = low + size.getComponent(axis);
       ends.push(along(low), along(high));
       for (let at = Math.ceil((low + origin) / step) * step; at - origin <= high + 1e-6; at += step) {
@@ -228,7 +230,10 @@ class RoomView {
   distanceOf(center, from) {
     const right = new THREE.Vector3().crossVectors(this.up, from).normalize();
     const rise = new THREE.Vector3().crossVectors(from, right);
-    const high = 0.94 * Math.tan(0.5 * this.camera.fov * Math.PI / 180), wide = high * this.camera.aspect;
+    // On a served page tools and legend lie over the picture.
+    const over = document.body.classList.contains("served") ? Math.max(byId("tools").offsetHeight, byId("foot").offsetHeight) : 0;
+    const tangent = Math.tan(0.5 * this.camera.fov * Math.PI / 180);
+    const high = Math.max(0.5, 0.94 - 2 * over / (this.canvas.clientHeight || 1)) * tangent, wide = 0.94 * tangent * this.camera.aspect;
     const { min, max } = this.box, ends = [min, max];
     const distances = [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => {
       const at = new THREE.Vector3(ends[corner & 1].x, ends[corner >> 1 & 1].y, ends[corner >> 2].z).sub(center);
