@@ -209,6 +209,27 @@ def test_walls_of_the_library_have_times_within_the_range_of_each_band():
     assert "from_library" not in repr(sonel.random_rooms(1)), "folders of data sets stay theirs"
 
 
+def test_people_and_openings_are_in_the_room_and_absorb_as_tables_say():
+    """A person has the absorption of 1 m² with one person per m²; walls with openings are closed, and as large as those without."""
+    of_one = sonel.library()["audience-1"]["absorption"][3]
+    kinds = set()
+    for room in sonel.random_rooms(12, seed=5, size=[[4, 4, 2.4], [6, 5, 3]], people=(1, 4), openings=(0, 4)):
+        materials, (x, y, z) = {one["name"]: one for one in room.room["materials"]}, room._parts()[1] and sonel._rooms.space(room)[1]
+        people = [one for name, one in materials.items() if name.startswith("person")]
+        assert 1 <= len(people) <= 4 and all(one["absorption"][3] * one["area_m2"] == pytest.approx(of_one, rel=1e-6) for one in people)
+        on_walls = [name for name in ("walls", "door", "window") if name in materials]
+        upright, furniture = sum(materials[name]["area_m2"] for name in on_walls), len(materials) - len(people) - len(on_walls) - 2
+        assert upright <= 2 * z * (x + y) + 1e-6 and (furniture > 0 or upright == pytest.approx(2 * z * (x + y)))
+        boxes = x * y * z - room.room["volume_m3"]
+        assert boxes > sum(0.15 * height for height in [1.25] * len(people)) - 1e-6
+        kinds.update(on_walls)
+    assert kinds == {"walls", "door", "window"}
+    assert "people" not in repr(sonel.random_rooms(1)), "folders of data sets stay theirs"
+    for wrong, message in ({"people": 3}, "people is 3: give the fewest and the most"), ({"openings": (0, 5)}, "openings is 5"):
+        with pytest.raises(sonel.Error, match=message):
+            sonel.random_rooms(1, **wrong)
+
+
 def test_targets_and_labels_of_the_response_stand_beside_those_of_energies(tmp_path):
     rooms = sonel.random_rooms(2, **ROOMS)
     [path] = sonel.dataset(rooms, tmp_path / "npz", within=(0, 0.05), **QUICK)

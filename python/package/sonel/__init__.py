@@ -655,6 +655,8 @@ def random_rooms(
     sources: _Whole = 1,
     receivers: _Whole = 1,
     clearance: float = 0.3,
+    people: tuple[int, int] = (0, 0),
+    openings: tuple[int, int] = (0, 0),
     **keys: Any,
 ) -> RandomRooms:
     """Rectangular rooms with boxes as furniture, for `dataset`: a sequence whose rooms are made when they are asked for.
@@ -678,6 +680,11 @@ def random_rooms(
         How many of each, at most 100: 1 to 1.8 m high, 0.5 m from walls, 0.3 m from furniture, 1 m apart.
     clearance
         Least distance of receivers from furniture, and beyond 0.5 m from walls [m], at most 1.2: more than the radius of an array about them.
+    people
+        Fewest and most people, at most 100, seated or standing: boxes of 0.5 × 0.3 m, 1.25 or 1.7 m high, each with the absorption of one person
+        in an audience (`audience-1` of the library). A small room may have fewer.
+    openings
+        Fewest and most walls with an opening, at most 4: the first a door, the others windows.
     **keys
         Other keys of the scene file: bands, air, …; not those of walls and materials.
 
@@ -695,7 +702,6 @@ def random_rooms(
     extents = _input.numbers(size, "size", right, (2, 3))
     if not np.all((2.0 <= extents[0]) & (extents[0] <= extents[1]) & (extents[1] <= 1000.0)):
         raise Error(f"size is {_input.shown(size)}: give {right}")
-    fewest, most = _input.span(furniture, "furniture", "the fewest and the most boxes")
     right = "the shortest and the longest time above 0 s, or both for every band"
     times = None if t60 is None else np.atleast_2d(_input.numbers(t60, "t60", right))
     if times is not None and (times.shape[1:] != (2,) or not np.all((0.0 < times[:, 0]) & (times[:, 0] <= times[:, 1]))):
@@ -708,12 +714,16 @@ def random_rooms(
     options = {
         "seed": _input.whole(seed, "seed", 0, _input.SEED),
         "size": extents.tolist(),
-        "furniture": (_input.whole(fewest, "furniture", 0, 100), _input.whole(most, "furniture", 0, 100)),
+        "furniture": _input.counts(furniture, "furniture", "the fewest and the most boxes", 100),
         "t60": times if times is None else times.squeeze(0).tolist() if len(times) == 1 else times.tolist(),
         "sources": _input.whole(sources, "sources", 1, 100),
         "receivers": _input.whole(receivers, "receivers", 1, 100),
         "clearance": apart,
     }
+    # What is not asked for is not named: folders of earlier data sets stay those of their rooms.
+    for name, given, right, most in (("people", people, "people", 100), ("openings", openings, "walls with an opening", 4)):
+        if any(counts := _input.counts(given, name, f"the fewest and the most {right}", most)):
+            options[name] = counts
     if not isinstance(from_library, (bool, np.bool_)):
         raise Error(f"from_library is {_input.shown(from_library)}: True or False")
     if from_library:

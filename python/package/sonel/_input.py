@@ -98,6 +98,12 @@ def span(value: ArrayLike, name: str, right: str) -> tuple[float, float]:
     return float(low), float(high)
 
 
+def counts(value: ArrayLike, name: str, right: str, most: int) -> tuple[int, int]:
+    """Two whole numbers of at most `most`, the smaller one first."""
+    low, high = span(value, name, right)
+    return whole(low, name, 0, most), whole(high, name, 0, most)
+
+
 def of_kind(value: Any, kind: type[_Kind], name: str, right: str) -> _Kind:
     """An object of a class."""
     if not isinstance(value, kind):

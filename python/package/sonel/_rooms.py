@@ -25,6 +25,9 @@ WALLS = ["brickwork-rendered", "concrete-painted", "plaster-painted", "plaster-w
 FLOORS = ["floor-parquet", "floor-linoleum", "floor-wood-joists", "carpet-thin", "carpet-heavy-on-concrete", "carpet-soft-10mm"]
 CEILINGS = ["plaster-painted", "plasterboard-ceiling", "ceiling-fissured-tile", "ceiling-metal-panel", "acoustic-plaster"]
 FURNITURE = ["chipboard-22mm", "door-wooden", "wood-50mm", "chairs-heavy", "chairs-well-upholstered", "chairs-leather"]
+WINDOWS = ["glass-window", "glass-window-ordinary", "double-glazing-10mm", "double-glazing-30mm"]
+# Size of a person [m], seated or standing.
+PERSON_M, HEIGHTS_M = [0.5, 0.3], (1.25, 1.7)
 
 
 class Parts(NamedTuple):
@@ -260,10 +263,63 @@ def _furniture(draw: np.random.Generator, size: NDArray[np.float64], count: int)
         high = low + extent
         at_far_wall = np.abs(high[:2] - size[:2]) < 0.01
         high[:2][at_far_wall] = size[:2][at_far_wall]
-        apart = [np.any((low - other_high >= 0.3)[:2] | (other_low - high >= 0.3)[:2]) for other_low, other_high in boxes]
-        if all(apart):
+        if _are_apart(low, high, boxes):
             boxes.append((low, high))
     return boxes
+
+
+def _are_apart(low: NDArray[Any], high: NDArray[Any], boxes: list[tuple[NDArray[Any], NDArray[Any]]]) -> bool:
+    """Whether a box is 0.3 m and more from others on the floor."""
+    return all(np.any((low - other_high >= 0.3)[:2] | (other_low - high >= 0.3)[:2]) for other_low, other_high in boxes)
+
+
+def _people(
+    draw: np.random.Generator, size: NDArray[np.float64], count: int, furniture: list[tuple[NDArray[Any], NDArray[Any]]]
+) -> list[tuple[NDArray[Any], NDArray[Any]]]:
+    """People as boxes, seated or standing, 0.3 m and more from walls and all else."""
+    people: list[tuple[NDArray[Any], NDArray[Any]]] = []
+    for _ in range(40 * count):
+        if len(people) == count:
+            break
+        extent = np.append(draw.permutation(PERSON_M), draw.choice(HEIGHTS_M))
+        low = np.round(np.append(draw.uniform(0.3, size[:2] - extent[:2] - 0.3), 0.0), 3)
+        if extent[2] < size[2] and _are_apart(low, low + extent, furniture + people):
+            people.append((low, low + extent))
+    return people
+
+
+def _walls(draw: np.random.Generator, size: NDArray[np.float64], openings: int) -> Parts:
+    """The walls of a room, the first of these openings a door and the others windows, each in a wall of its own."""
+    parts = [box(np.zeros(3), size, ["walls"] * 4 + ["z0", "z1"])]
+    if not openings:
+        return parts[0]
+    pierced = draw.permutation(4)[:openings]
+    points, _, corners, names = parts[0]
+    kept = [face for face in range(6) if face not in pierced]
+    parts = [Parts(points, np.full(len(kept), 4), np.ravel(corners.reshape(6, 4)[kept]), [names[face] for face in kept])]
+    for number, face in enumerate(pierced):
+        axis, is_far = divmod(int(face), 2)
+        along = 1 - axis
+        name = "window" if number else "door"
+        width, height = draw.uniform([0.8, 1.0], [2.0, 1.5]) if number else draw.uniform([0.8, 2.0], [1.0, 2.1])
+        sill = draw.uniform(0.8, 1.0) if number else 0.0
+        width, top = min(width, size[along] - 0.4), min(sill + height, size[2] - 0.1)
+        left = draw.uniform(0.2, size[along] - width - 0.2)
+        left, right, sill, top = np.round([left, left + width, sill, top], 3)
+        frame = [(0.0, left, 0.0, size[2]), (right, size[along], 0.0, size[2]), (left, right, top, size[2])]
+        if number:
+            frame.append((left, right, 0.0, sill))
+        for rectangle, material in [((left, right, sill, top), name), *((piece, "walls") for piece in frame)]:
+            parts.append(_rectangle(axis, size[axis] * is_far, rectangle, material))
+    return joined(parts)
+
+
+def _rectangle(axis: int, at: float, ends: tuple[float, float, float, float], name: str) -> Parts:
+    """An upright rectangle across an axis: its ends along the wall and its height."""
+    first, last, low, high = ends
+    points = np.zeros((4, 3))
+    points[:, axis], points[:, 1 - axis], points[:, 2] = at, [first, last, last, first], [low, low, high, high]
+    return Parts(points, np.array([4]), np.arange(4), [name])
 
 
 def _places(
@@ -300,14 +356,17 @@ def _room(
     clearance: float,
     keys: dict[str, Any],
     from_library: bool = False,
+    people: tuple[int, int] = (0, 0),
+    openings: tuple[int, int] = (0, 0),
 ) -> Scene | None:
     """A room, or None where what was drawn does not fit."""
     from . import Scene
 
     extent = np.round(draw.uniform(*np.asarray(size, dtype=float)), 3)
     boxes = _furniture(draw, extent, int(draw.integers(furniture[0], furniture[1] + 1)))
-    stages = _places(draw, extent, boxes, sources, [])
-    seats = None if stages is None else _places(draw, extent, boxes, receivers, stages, clearance)
+    persons = _people(draw, extent, int(draw.integers(people[0], people[1] + 1)), boxes) if people[1] else []
+    stages = _places(draw, extent, boxes + persons, sources, [])
+    seats = None if stages is None else _places(draw, extent, boxes + persons, receivers, stages, clearance)
     if stages is None or seats is None:
         return None
 
@@ -315,7 +374,17 @@ def _room(
         return {"library": entries[int(draw.integers(len(entries)))], "scattering": scattering}
 
     materials = {"walls": drawn(WALLS, 0.1), "z0": drawn(FLOORS, 0.1), "z1": drawn(CEILINGS, 0.1)}
-    parts = [box(np.zeros(3), extent, ["walls"] * 4 + ["z0", "z1"])]
+    parts = [_walls(draw, extent, int(draw.integers(openings[0], openings[1] + 1)) if openings[1] else 0)]
+    if "door" in parts[0].names:
+        materials["door"] = {"library": "door-wooden", "scattering": 0.1}
+    if "window" in parts[0].names:
+        materials["window"] = drawn(WINDOWS, 0.1)
+    for i, (low, high) in enumerate(persons, 1):
+        # As much absorption as one person has in an audience.
+        width, depth, height = (high - low).tolist()
+        area = 2 * (width + depth) * height + width * depth
+        materials[f"person {i}"] = {"absorption": 0.0, "people": 1 / area, "scattering": 0.3}
+        parts.append(box(low, high, [f"person {i}"] * 6))
     for i, (low, high) in enumerate(boxes, 1):
         materials[f"furniture {i}"] = drawn(FURNITURE, 0.3)
         parts.append(box(low, high, [f"furniture {i}"] * 6))
