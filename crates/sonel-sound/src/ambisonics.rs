@@ -91,15 +91,13 @@ pub fn channels(order: u32) -> usize {
     ((order + 1) * (order + 1)) as usize
 }
 
-/// The unit vector `u` of a diffuse field, moved so that the mean over all directions is `mean`, of a length of at most 1: the angle to the mean takes
-/// the value that as many exceed, the angle about it stays.
-#[must_use]
-pub fn moved(u: DVec3, mean: DVec3) -> DVec3 {
-    let axis = mean.normalize_or(DVec3::Z);
-    let before = axis.dot(u);
-    let cosine = cosine(mean.length().min(1.0), 0.5 * (1.0 - before).clamp(0.0, 2.0));
-    let across = (u - before * axis).normalize_or(axis.any_orthonormal_vector());
-    cosine * axis + (1.0 - cosine * cosine).max(0.0).sqrt() * across
+/// How directions of a diffuse field are moved so that their mean is another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lean {
+    /// Unit vector along the mean.
+    axis: DVec3,
+    /// κ: 0 as good as diffuse, infinite along one direction.
+    concentration: f64,
 }
 
 /// Below this mean a field is as good as diffuse: the density differs by 3 · 10⁻⁶ over all directions.
@@ -107,17 +105,37 @@ const DIFFUSE: f64 = 1e-6;
 /// Above this mean all directions lie within 0.003° of one.
 const SINGLE: f64 = 1.0 - 1e-9;
 
-/// The cosine of the angle to the axis that is exceeded with the probability `u`, 0 … 1, in a distribution of this mean cosine.
-fn cosine(mean: f64, u: f64) -> f64 {
-    if mean < DIFFUSE {
-        return 1.0 - 2.0 * u;
+impl Lean {
+    /// Towards a `mean` over all directions, of a length of at most 1.
+    #[must_use]
+    pub fn towards(mean: DVec3) -> Self {
+        let concentration = match mean.length() {
+            length if length < DIFFUSE => 0.0,
+            length if length > SINGLE => f64::INFINITY,
+            length => concentration(length),
+        };
+        Self { axis: mean.normalize_or(DVec3::Z), concentration }
     }
-    if mean > SINGLE {
-        return 1.0;
+
+    /// The unit vector `u`, moved: the angle to the mean takes the value that as many exceed, the angle about it stays.
+    #[must_use]
+    pub fn of(&self, u: DVec3) -> DVec3 {
+        let axis = self.axis;
+        let before = axis.dot(u);
+        let cosine = self.cosine(0.5 * (1.0 - before).clamp(0.0, 2.0));
+        let across = (u - before * axis).normalize_or(axis.any_orthonormal_vector());
+        cosine * axis + (1.0 - cosine * cosine).max(0.0).sqrt() * across
     }
-    let kappa = concentration(mean);
-    // 1 + ln(1 − u (1 − e^(−2κ)))/κ
-    (1.0 + libm::log1p(u * libm::expm1(-2.0 * kappa)) / kappa).clamp(-1.0, 1.0)
+
+    /// The cosine of the angle to the axis that is exceeded with the probability `u`, 0 … 1.
+    fn cosine(&self, u: f64) -> f64 {
+        match self.concentration {
+            0.0 => 1.0 - 2.0 * u,
+            f64::INFINITY => 1.0,
+            // 1 + ln(1 − u (1 − e^(−2κ)))/κ
+            kappa => (1.0 + libm::log1p(u * libm::expm1(-2.0 * kappa)) / kappa).clamp(-1.0, 1.0),
+        }
+    }
 }
 
 /// κ with coth κ − 1/κ = `mean`, between 0 and 1, by Newton's method.
@@ -244,7 +262,7 @@ mod tests {
             let (mut stream, mut sum) = (StreamFamily::new(1, Purpose::Pulse, [0; 4]).stream(0), DVec3::ZERO);
             for _ in 0..200_000 {
                 let u = uniform_sphere(stream.uniform_pair()).as_dvec3().normalize();
-                let moved = moved(u, mean);
+                let moved = Lean::towards(mean).of(u);
                 assert!(
                     (moved.length() - 1.0).abs() < 1e-12 && (mean != DVec3::ZERO || moved.distance(u) < 1e-7)
                 );
@@ -254,6 +272,6 @@ mod tests {
             assert!(!is_off(mean) && is_off(mean + dvec3(0.012, 0.0, 0.0)), "{sum} {mean}");
         }
         let single = dvec3(0.6, 0.0, 0.8);
-        assert!([DVec3::X, -single].iter().all(|u| moved(*u, single).distance(single) < 1e-12));
+        assert!([DVec3::X, -single].iter().all(|u| Lean::towards(single).of(*u).distance(single) < 1e-12));
     }
 }

@@ -146,7 +146,7 @@ impl<'a> Synthesizer<'a> {
         up: DVec3,
     ) -> Result<Vec<Vec<f32>>, SoundError> {
         let (pulses, frame) = self.directed_pulses((s, r), (Axes::Aim, up))?;
-        let weights: Vec<_> = pulses.direction.iter().map(|u| head.weights(frame.local(*u))).collect();
+        let weights: Vec<_> = pulses.direction.par_iter().map(|u| head.weights(frame.local(*u))).collect();
         let ears = Ears::new(head);
         let at_ear = |ear: usize| {
             let spectrum = self.in_bands(&pulses, |alike| {

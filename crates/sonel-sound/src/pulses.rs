@@ -14,8 +14,9 @@
 use glam::DVec3;
 use sonel_echogram::Response;
 
+use crate::SoundError;
+use crate::ambisonics::Lean;
 use crate::plane_waves::{PlaneWave, SPARSEST};
-use crate::{SoundError, ambisonics};
 
 /// Squared amplitude of a pulse for a fluence of 1/m²: 4π, so that direct sound is 1/r.
 const PRESSURE_OF_FLUENCE: f64 = 4.0 * std::f64::consts::PI;
@@ -62,12 +63,8 @@ impl Pulses {
     pub fn new(response: &Response, (s, r): (usize, usize), waves: &[PlaneWave]) -> Result<Self, SoundError> {
         let mut pulses = Self::of_arrivals(response, (s, r))?;
         let late = std::mem::take(&mut pulses.late);
-        pulses.add_waves(
-            response,
-            s,
-            (DVec3::from_array(response.receiver_positions[r]), &[(1.0, &late)]),
-            waves,
-        );
+        let place = DVec3::from_array(response.receiver_positions[r]);
+        pulses.add_waves(response, s, (place, &[(1.0, &late)]), waves);
         pulses.late = late;
         Ok(pulses)
     }
@@ -95,12 +92,8 @@ impl Pulses {
             // Nothing is scattered to the receiver before its direct sound, behind which a wave has to fit.
             let begin = if direct < end { begin.max(direct.min(end - 1.0 / SPARSEST)) } else { begin };
             let squared = rest.iter().map(|band| PRESSURE_OF_FLUENCE * band[bin]).collect();
-            Late {
-                begin,
-                end,
-                squared,
-                moment: moment.get(bin).map_or(DVec3::ZERO, |moment| PRESSURE_OF_FLUENCE * *moment),
-            }
+            let moment = moment.get(bin).map_or(DVec3::ZERO, |moment| PRESSURE_OF_FLUENCE * *moment);
+            Late { begin, end, squared, moment }
         };
         pulses.late = response.time_edges_s.windows(2).enumerate().map(late).collect();
         Ok(pulses)
@@ -118,9 +111,8 @@ impl Pulses {
         let offset = (place - DVec3::from_array(response.source_positions[s])) / response.speed_of_sound;
         let bands = response.bands();
         let first = self.shapes.len() / bands;
-        let mut means = Vec::with_capacity(response.bins());
-        // Nothing is scattered to the place before the earliest direct sound.
-        let mut begins = Vec::with_capacity(response.bins());
+        // When late sound begins in each bin, and how its directions lean. Nothing is scattered to the place before the earliest direct sound.
+        let mut known = Vec::with_capacity(response.bins());
         for bin in 0..response.bins() {
             let (mut moment, mut begin) = (DVec3::ZERO, f64::INFINITY);
             let mut squared = vec![0.0; bands];
@@ -132,21 +124,18 @@ impl Pulses {
                 begin = begin.min(late.begin);
             }
             let all: f64 = squared.iter().sum();
-            begins.push(if all > 0.0 { begin } else { f64::INFINITY });
-            means.push(if moment == DVec3::ZERO { DVec3::ZERO } else { moment / all });
+            let lean = (moment != DVec3::ZERO).then(|| Lean::towards(moment / all));
+            known.push((if all > 0.0 { begin } else { f64::INFINITY }, lean));
             self.shapes.extend(squared.into_iter().map(f64::sqrt));
         }
         for &PlaneWave { time, towards, sign, density } in waves {
             let time = time - towards.dot(offset);
             let Some(bin) = edges.partition_point(|edge| *edge <= time).checked_sub(1) else { continue };
-            if begins.get(bin).is_none_or(|begin| time < *begin) {
-                continue;
-            }
+            let Some((_, lean)) = known.get(bin).filter(|(begin, _)| time >= *begin) else { continue };
             self.time.push(time);
             self.gain.push(sign / density.sqrt());
             self.shape.push((first + bin) as u32);
-            let is_even = means[bin] == DVec3::ZERO;
-            self.direction.push(if is_even { towards } else { ambisonics::moved(towards, means[bin]) });
+            self.direction.push(lean.map_or(towards, |lean| lean.of(towards)));
         }
     }
 
