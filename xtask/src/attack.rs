@@ -6,6 +6,7 @@
 mod cases;
 mod runs;
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, ensure};
@@ -109,8 +110,13 @@ pub(crate) fn files(folder: &Path) -> Result<Vec<(PathBuf, Vec<u8>)>> {
         let path = entry?.path();
         if path.is_dir() {
             found.extend(files(&path)?);
-        } else {
-            found.push((path.clone(), std::fs::read(&path)?));
+            continue;
+        }
+        match std::fs::read(&path) {
+            Ok(bytes) => found.push((path, bytes)),
+            // Of two runs at once the other has meanwhile given its file the final name.
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            Err(error) => return Err(error.into()),
         }
     }
     found.sort();
