@@ -71,6 +71,17 @@ def head(tmp_path_factory):
     return write_head(tmp_path_factory.mktemp("head") / "head.sofa", RATE)
 
 
+def write_array(path, head):
+    """Four microphones: the ears of a head, and the same the other way round, half a metre farther away by their delay."""
+    ears, sofa = sofar.read_sofa(str(head), verbose=False), sofar.Sofa("GeneralFIR")
+    sofa.SourcePosition, sofa.SourcePosition_Type, sofa.SourcePosition_Units = ears.SourcePosition, "spherical", "degree, degree, metre"
+    sofa.Data_IR = np.concatenate([ears.Data_IR, ears.Data_IR[:, ::-1]], axis=1)
+    sofa.Data_SamplingRate, sofa.Data_Delay = ears.Data_SamplingRate, np.array([[0.0, 0.0, 70.0, 70.0]])
+    sofa.ReceiverPosition = [[0, 0.09, 0], [0, -0.09, 0], [0, -0.09, 0.1], [0, 0.09, 0.1]]
+    sofar.write_sofa(str(path), sofa)
+    return path
+
+
 @pytest.fixture(scope="module")
 def aside():
     """Two sources at a receiver that looks at the first one: the second is on its left and above."""
@@ -260,6 +271,23 @@ def test_a_converted_head_is_silent_behind_its_response(response, tmp_path, rate
     for ear in free.impulse_responses(hrtf=tmp_path / "head.sofa")[0, 0].astype(float) ** 2:
         assert ear[at + round(0.003 * RATE) :].sum() < 1e-4 * ear.sum()
         assert ear[: at + 20].sum() < 0.02 * ear.sum()
+
+
+def test_a_measured_array_has_a_channel_for_each_microphone(response, tmp_path):
+    """The first two microphones are those of the head, the others its ears exchanged and 70 samples later."""
+    head = write_head(tmp_path / "head.sofa", RATE, width=60e-6)
+    array = write_array(tmp_path / "array.sofa", head)
+    ears, all_four = (response.impulse_responses(hrtf=file) for file in (head, array))
+    assert all_four.shape[2] == 4
+    level = np.abs(ears).max()
+    np.testing.assert_allclose(all_four[:, :, :2], ears, atol=1e-4 * level)
+    np.testing.assert_allclose(all_four[:, :, 2:, 70:], ears[:, :, ::-1, :-70], atol=1e-4 * level)
+    assert np.abs(all_four[:, :, 2:, 70:] - ears[:, :, :, :-70]).max() > 0.1 * level
+    response.to_sofa(tmp_path / "room.sofa", hrtf=array)
+    written = sofar.read_sofa(str(tmp_path / "room.sofa"), verbose=False)
+    np.testing.assert_allclose(written.ReceiverPosition.reshape(4, 3), [[0, 0.09, 0], [0, -0.09, 0], [0, -0.09, 0.1], [0, 0.09, 0.1]])
+    with pytest.raises(sonel.Error, match="the convention SingleRoomSRIR; give a SOFA file of the convention SimpleFreeFieldHRIR or GeneralFIR"):
+        response.impulse_responses(hrtf=tmp_path / "room.sofa")
 
 
 def test_microphones_are_where_sound_is(tmp_path):

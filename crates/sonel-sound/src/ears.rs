@@ -20,8 +20,8 @@ const BLOCK: usize = 64;
 pub(crate) struct Ears<'h> {
     head: &'h Head,
     transform: Transform,
-    /// Left and right ear for each direction of the head, without delays.
-    spectra: Vec<[Spectrum; 2]>,
+    /// Left and right ear, or every microphone, for each direction of the head, without delays.
+    spectra: Vec<Vec<Spectrum>>,
     /// Samples before a pulse at which its responses may begin.
     lead: usize,
 }
@@ -43,7 +43,7 @@ impl<'h> Ears<'h> {
             }
             transform.spectrum(signal)
         };
-        let spectra = head.responses().iter().map(|ears| ears.each_ref().map(spectrum)).collect();
+        let spectra = head.responses().iter().map(|ears| ears.iter().map(spectrum).collect()).collect();
         Self { head, transform, spectra, lead }
     }
 

@@ -137,7 +137,7 @@ pub enum SoundError {
     },
     /// No file of head-related impulse responses, or one that cannot be used.
     #[error(
-        "no head-related impulse responses: {problem}; give a SOFA file of the convention SimpleFreeFieldHRIR"
+        "no head-related impulse responses: {problem}; give a SOFA file of the convention SimpleFreeFieldHRIR or GeneralFIR"
     )]
     Head {
         /// What is wrong.

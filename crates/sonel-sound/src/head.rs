@@ -1,4 +1,5 @@
-//! Head-related impulse responses from SOFA files of the convention SimpleFreeFieldHRIR [AES69].
+//! Head-related impulse responses from SOFA files of the conventions SimpleFreeFieldHRIR and GeneralFIR [AES69], also those of arrays of microphones
+//! that were measured as heads are.
 //!
 //! They are the pressure at the ears over that at the centre of the head without the head, and are taken as the file has them: nothing is
 //! normalised, propagation delays that the file holds stay. They are converted to the sample rate of the impulse responses. A direction takes the weighted
@@ -8,12 +9,9 @@
 //!
 //! References: [AES69] (docs/references.md).
 
-use std::panic::catch_unwind;
-
 use glam::DVec3;
 use rayon::prelude::*;
-use sofar::reader::{OpenOptions, Sofar};
-use sonel_sofa::{Sofa, Triangles, UNREAD, Weights};
+use sonel_sofa::{Sofa, Triangles, Triplets, Weights};
 
 use crate::alignment::Aligned;
 use crate::fractional::{HALF, Table};
@@ -28,9 +26,8 @@ const LONGEST: usize = 1 << 12;
 /// Cosine of 30°, beyond which an axis of the head counts as not measured.
 const MEASURED_COSINE: f64 = 0.866_025_403_784_438_6;
 
-/// Arrays that a head is made of.
-const ARRAYS: [&str; 5] =
-    ["Data.IR", "Data.Delay", "Data.SamplingRate", "SourcePosition", "ReceiverPosition"];
+/// Conventions that are read.
+const CONVENTIONS: [&str; 2] = ["SimpleFreeFieldHRIR", "GeneralFIR"];
 
 /// Longest responses at a rate, with their delays [samples].
 #[must_use]
@@ -38,11 +35,11 @@ pub fn longest(sample_rate_hz: u32) -> usize {
     (LONGEST * sample_rate_hz as usize).div_ceil(SAMPLE_RATE_HZ as usize)
 }
 
-/// Impulse responses of both ears for all directions.
+/// Impulse responses for all directions at both ears of a head, or at the microphones of anything else that was measured so.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Head {
-    /// Left and right ear for each measured direction, and for axes that are not measured.
-    responses: Vec<[Aligned; 2]>,
+    /// Left and right ear, or every microphone, for each measured direction, and for axes that are not measured.
+    responses: Vec<Vec<Aligned>>,
     triangles: Triangles,
 }
 
@@ -52,45 +49,19 @@ impl Head {
     /// # Errors
     /// When it is none, is damaged, of another convention, or has no finite responses.
     pub fn read(file: &[u8], sample_rate_hz: u32) -> Result<Self, SoundError> {
-        let failed = |problem: String| SoundError::Head { problem };
-        let mut options = OpenOptions::default();
-        // No rate is asked for: the library would convert responses without keeping the gain of their spectra.
-        let options = options.sample_rate(f32::NAN).normalized(false);
-        // The library indexes what a damaged file says.
-        Sofa::open(file).and_then(|sofa| sofa.check(&ARRAYS)).map_err(failed)?;
-        let opened = catch_unwind(|| options.open_data(file).map_err(|_| UNREAD.to_owned()));
-        let sofar = opened.unwrap_or_else(|_| Err(UNREAD.to_owned())).map_err(failed)?;
-        check(&sofar).map_err(failed)?;
-        let (directions, responses) = measured(&sofar, sample_rate_hz);
-        let numbers = responses.iter().flatten().flat_map(|(delay, taps)| taps.iter().chain([delay]));
-        let is_finite =
-            numbers.copied().all(f64::is_finite) && directions.iter().all(|place| place.is_finite());
-        if directions.is_empty() || !is_finite {
-            return Err(failed("a response, delay or position is not finite".to_owned()));
-        }
-        let allowed = longest(sample_rate_hz);
-        if responses.iter().flatten().any(|(delay, _)| *delay < 0.0) {
-            return Err(failed("a delay is negative".to_owned()));
-        }
-        let samples = responses.iter().flatten().map(|(delay, taps)| delay.round() + taps.len() as f64);
-        let found = samples.fold(0.0, f64::max);
-        if found > allowed as f64 {
-            return Err(failed(format!(
-                "its responses have {found} samples at {sample_rate_hz} Hz with their delays, {allowed} are allowed"
-            )));
-        }
-        let length = responses[0][0].1.len();
+        let measured = measured(file, sample_rate_hz).map_err(|problem| SoundError::Head { problem })?;
+        let length = measured[0].1[0].1.len();
         let transform = Transform::new((2 * length).next_power_of_two());
         let aligned = |(delay, taps): &(f64, Vec<f64>)| {
             let aligned = Aligned::new(taps, &transform);
             Aligned { delay: aligned.delay + delay, ..aligned }
         };
-        let responses = responses.par_iter().map(|ears| ears.each_ref().map(aligned)).collect();
-        Ok(Self::new(directions, responses))
+        let responses = measured.par_iter().map(|(_, all)| all.iter().map(aligned).collect()).collect();
+        Ok(Self::new(measured.into_iter().map(|(towards, _)| towards).collect(), responses))
     }
 
-    /// Responses of both ears for unit vectors towards the sources.
-    pub(crate) fn new(mut directions: Vec<DVec3>, mut responses: Vec<[Aligned; 2]>) -> Self {
+    /// Responses at every microphone for unit vectors towards the sources.
+    pub(crate) fn new(mut directions: Vec<DVec3>, mut responses: Vec<Vec<Aligned>>) -> Self {
         let measured = directions.len();
         for axis in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z] {
             if directions[..measured].iter().any(|direction| direction.dot(axis) >= MEASURED_COSINE) {
@@ -102,9 +73,11 @@ impl Head {
                 .map(|squared| 1.0 / (squared * squared))
                 .collect();
             let sum: f64 = weights.iter().sum();
-            let mean = [0, 1].map(|ear| {
-                Aligned::mean(weights.iter().zip(&responses).map(|(weight, ears)| (weight / sum, &ears[ear])))
-            });
+            let mean = |microphone: usize| {
+                let all = weights.iter().zip(&responses);
+                Aligned::mean(all.map(|(weight, responses)| (weight / sum, &responses[microphone])))
+            };
+            let mean = (0..responses[0].len()).map(mean).collect();
             directions.push(axis);
             responses.push(mean);
         }
@@ -116,14 +89,14 @@ impl Head {
         self.triangles.weights(u)
     }
 
-    /// Left and right ear for each direction that weights are of.
-    pub(crate) fn responses(&self) -> &[[Aligned; 2]] {
+    /// Responses at every microphone for each direction that weights are of.
+    pub(crate) fn responses(&self) -> &[Vec<Aligned>] {
         &self.responses
     }
 
-    /// Delay of these weights at the left (0) or right (1) ear [samples]. Silent responses have none.
-    pub(crate) fn delay(&self, weights: &Weights, ear: usize) -> f64 {
-        let heard = weights.iter().map(|(index, weight)| (weight, &self.responses[*index][ear]));
+    /// Delay of these weights at a microphone [samples]. Silent responses have none.
+    pub(crate) fn delay(&self, weights: &Weights, microphone: usize) -> f64 {
+        let heard = weights.iter().map(|(index, weight)| (weight, &self.responses[*index][microphone]));
         let heard = heard.filter(|(_, response)| !response.taps.is_empty());
         let [delay, sum] =
             heard.fold([0.0; 2], |[delay, sum], (weight, it)| [delay + weight * it.delay, sum + weight]);
@@ -131,52 +104,88 @@ impl Head {
     }
 }
 
-/// Delay [samples] and taps at the left and the right ear.
-type BothEars = [(f64, Vec<f64>); 2];
+/// Unit vectors towards the sources at the largest distance, x front, y left, z up, with delay [samples] and taps at every microphone.
+type Measured = Vec<(DVec3, Vec<(f64, Vec<f64>)>)>;
 
-/// Unit vectors towards the sources at the largest distance, x front, y left, z up, and their responses.
-fn measured(sofar: &Sofar, sample_rate_hz: u32) -> (Vec<DVec3>, Vec<BothEars>) {
-    let hrtf = sofar.hrtf();
-    let places: Vec<DVec3> = hrtf
-        .source_position
-        .values
-        .chunks_exact(3)
-        .map(|place| DVec3::new(f64::from(place[0]), f64::from(place[1]), f64::from(place[2])))
-        .collect();
-    let farthest = places.iter().map(|place| place.length()).fold(0.0, f64::max);
-    // Receiver 0 is the left ear, unless the file has it on the right.
-    let is_swapped =
-        matches!(hrtf.receiver_position.values[..], [_, first, _, _, second, _] if first < second);
-    let (table, rates) = (Table::new(), [hrtf.sample_rate() as u32, sample_rate_hz]);
-    let rows = hrtf.data_ir.values.par_chunks_exact(sofar.filter_len());
-    let rows: Vec<Vec<f64>> = rows.map(|row| converted(&table, row, rates)).collect();
-    let (mut directions, mut responses) = (Vec::new(), Vec::new());
-    for (index, place) in places.iter().enumerate() {
-        if place.length() < farthest * (1.0 - SAME_DISTANCE) || farthest <= 0.0 {
-            continue;
-        }
-        let ear = |ear: usize| {
-            let row = 2 * index + usize::from((ear == 1) != is_swapped);
-            let delays = &hrtf.data_delay.values;
-            let delay = delays.get(row).or(delays.get(row % 2)).map_or(0.0, |delay| f64::from(*delay));
-            let delay = delay * f64::from(sample_rate_hz) / f64::from(hrtf.sample_rate());
-            (delay, rows[row].clone())
-        };
-        directions.push(place.normalize());
-        responses.push([ear(0), ear(1)]);
+/// What a file holds, at a sample rate.
+fn measured(file: &[u8], sample_rate_hz: u32) -> Result<Measured, String> {
+    let sofa = Sofa::open(file)?;
+    let convention = sofa.attribute("SOFAConventions").unwrap_or("none");
+    if !CONVENTIONS.contains(&convention) {
+        return Err(format!("the file holds the convention {convention}"));
     }
-    (directions, responses)
+    let array = |name: &str| sofa.array(name)?.ok_or_else(|| format!("the file has no array {name}"));
+    let (taps, rates, delays) = (array("Data.IR")?, array("Data.SamplingRate")?, sofa.array("Data.Delay")?);
+    let (&[measurements, microphones, length], false) = (&taps.shape[..], taps.values.is_empty()) else {
+        return Err(format!("Data.IR has the shape {:?}, not measurements, receivers, samples", taps.shape));
+    };
+    let from = rates.values.first().copied().unwrap_or(f64::NAN);
+    let is_other = |rate: &f64| rate.fract() > 0.0 || *rate as u32 != from as u32;
+    if !SAMPLE_RATES_HZ.contains(&(from as u32)) || rates.values.iter().any(is_other) {
+        return Err(format!("its sample rate is {from} Hz, whole numbers of 8000 … 192000 Hz are allowed"));
+    }
+    let places = Triplets::read(&sofa, "SourcePosition", measurements, measurements, None)?;
+    if sofa.array("ListenerView")?.is_some_and(|view| view.shape.first().is_some_and(|rows| *rows > 1)) {
+        return Err(
+            "the listener turns between measurements: needed is one view, with sources around".to_owned()
+        );
+    }
+    let places: Vec<DVec3> = (0..measurements).map(|row| places.at(row, row)).collect();
+    let farthest = places.iter().map(|place| place.length()).fold(0.0, f64::max);
+    // Of two ears receiver 0 is the left one, unless the file has it on the right.
+    let ears = Triplets::read(&sofa, "ReceiverPosition", microphones, measurements, Some(DVec3::ZERO))?;
+    let is_swapped = microphones == 2 && ears.at(0, 0).y < ears.at(1, 0).y;
+    let (table, rates) = (Table::new(), [from as u32, sample_rate_hz]);
+    let delays = delays.map(|delays| delays.values).unwrap_or_default();
+    let at_microphone = |measurement: usize, microphone: usize| {
+        let microphone = if is_swapped { 1 - microphone } else { microphone };
+        let row = measurement * microphones + microphone;
+        let delay = delays.get(row).or(delays.get(microphone)).copied().unwrap_or(0.0);
+        let taps = converted(&table, &taps.values[row * length..(row + 1) * length], rates);
+        (delay * f64::from(sample_rate_hz) / from, taps)
+    };
+    let is_far = |&(_, place): &(usize, &DVec3)| place.length() >= farthest * (1.0 - SAME_DISTANCE);
+    let far: Vec<(usize, &DVec3)> = places.iter().enumerate().filter(is_far).collect();
+    let of_place = |&(measurement, place): &(usize, &DVec3)| {
+        (
+            place.normalize(),
+            (0..microphones).map(|microphone| at_microphone(measurement, microphone)).collect(),
+        )
+    };
+    let found: Measured = far.par_iter().map(of_place).collect();
+    check(&found, sample_rate_hz).map(|()| found)
+}
+
+/// Refuses what are no finite responses of a length that is taken.
+fn check(measured: &Measured, sample_rate_hz: u32) -> Result<(), String> {
+    let all = || measured.iter().flat_map(|(_, responses)| responses);
+    let is_finite = measured.iter().all(|(towards, _)| towards.is_finite())
+        && all().all(|(delay, taps)| delay.is_finite() && taps.iter().all(|tap| tap.is_finite()));
+    if !is_finite {
+        return Err("a response, delay or position is not finite".to_owned());
+    }
+    if all().any(|(delay, _)| *delay < 0.0) {
+        return Err("a delay is negative".to_owned());
+    }
+    let allowed = longest(sample_rate_hz);
+    let samples = all().map(|(delay, taps)| delay.round() + taps.len() as f64).fold(0.0, f64::max);
+    if samples > allowed as f64 {
+        return Err(format!(
+            "its responses have {samples} samples at {sample_rate_hz} Hz with their delays, {allowed} are allowed"
+        ));
+    }
+    Ok(())
 }
 
 /// A response as a filter of the same spectrum at another rate, causal and as long in time, by the windowed sinc of [`crate::fractional`]: what that
 /// rings behind the last sample is left out; at a lower rate, where it rings longer, what precedes the first one is added to it.
-fn converted(table: &Table, row: &[f32], [from, to]: [u32; 2]) -> Vec<f64> {
+fn converted(table: &Table, row: &[f64], [from, to]: [u32; 2]) -> Vec<f64> {
     let ratio = f64::from(to) / f64::from(from);
     let count = (row.len() as f64 * ratio).ceil() as usize;
-    let row = row.iter().map(|tap| f64::from(*tap));
     if from == to {
-        return row.collect();
+        return row.to_vec();
     }
+    let row = row.iter().copied();
     if from < to {
         // A pulse of one sample is shorter at a higher rate: its spectrum stays.
         let silence = || std::iter::repeat_n(0.0, HALF);
@@ -191,25 +200,6 @@ fn converted(table: &Table, row: &[f32], [from, to]: [u32; 2]) -> Vec<f64> {
     }
     sum[HALF] += sum[..HALF].iter().sum::<f64>();
     sum[HALF..HALF + count].to_vec()
-}
-
-/// What the library does not refuse and this module needs.
-fn check(sofar: &Sofar) -> Result<(), String> {
-    let hrtf = sofar.hrtf();
-    let convention = hrtf.get_attribute("SOFAConventions").unwrap_or("none");
-    if convention != "SimpleFreeFieldHRIR" {
-        return Err(format!("the file holds the convention {convention}"));
-    }
-    let (measured, length) = (sofar.num_measurements() as usize, sofar.filter_len());
-    let found = (hrtf.r(), hrtf.data_ir.len(), hrtf.source_position.len());
-    if measured == 0 || length == 0 || found != (2, 2 * measured * length, 3 * measured) {
-        return Err("its arrays do not have the shapes of two ears, directions and samples".to_owned());
-    }
-    let rate = hrtf.sample_rate();
-    if !SAMPLE_RATES_HZ.contains(&(rate as u32)) || rate.fract() > 0.0 {
-        return Err(format!("its sample rate is {rate} Hz, whole numbers of 8000 … 192000 Hz are allowed"));
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -156,7 +156,7 @@ impl<'a> Synthesizer<'a> {
             })?;
             Ok(self.pressure(spectrum))
         };
-        [0, 1].into_par_iter().map(at_ear).collect()
+        (0..head.responses()[0].len()).into_par_iter().map(at_ear).collect()
     }
 
     fn pulses(&self, (s, r): (usize, usize)) -> Result<Pulses, SoundError> {

@@ -48,7 +48,7 @@ impl Head {
             let share = degrees - before as f64;
             Aligned::mean([(1.0 - share, &by_angle[before]), (share, &by_angle[before + 1])].into_iter())
         };
-        let responses = directions.iter().map(|u| [at(DVec3::Y, *u), at(DVec3::NEG_Y, *u)]).collect();
+        let responses = directions.iter().map(|u| vec![at(DVec3::Y, *u), at(DVec3::NEG_Y, *u)]).collect();
         Self::new(directions, responses)
     }
 }

@@ -1488,8 +1488,9 @@ class Response(_Managed):
         aim
             Turn the axes of `ambix` to the receiver: front is the horizontal part of its aim (default towards the first source).
         hrtf
-            A SOFA file of the convention SimpleFreeFieldHRIR: C = 2, left and right ear of a head that looks along the receiver's aim (default
-            towards the first source), for a response with directions.
+            A SOFA file of the convention SimpleFreeFieldHRIR or GeneralFIR: C = 2, left and right ear of a head that looks along the receiver's
+            aim (default towards the first source), for a response with directions. Of an array that was measured as heads are, such as one on a
+            rigid sphere or a hearing aid: C microphones in the order of the file.
         array
             Microphones about each receiver: positions relative to it in the axes of the scene [m], at most 1 m away and nearer than any
             surface, shape [M, 3], or a mapping as for `Map.render`, such as {"left": {"position": [0, 0.05, 0], "directivity": "cardioid", "aim": [0, 1, 0]}}: C = M,

@@ -44,6 +44,11 @@ def write(
     aim = bool(options["aim"]) or options["hrtf"] is not None
     _places(sofa, response, in_axes_of_the_scene=not aim)
     _channels(sofa, samples.shape[2], ambix, microphones)
+    if samples.shape[2] > 2 and options["hrtf"] is not None:
+        measured = sofar.read_sofa(os.fspath(options["hrtf"]), verbose=False)
+        sofa.ReceiverPosition = measured.ReceiverPosition.reshape(samples.shape[2], -1)[:, :3]
+        sofa.ReceiverPosition_Type, sofa.ReceiverPosition_Units = measured.ReceiverPosition_Type, measured.ReceiverPosition_Units
+        sofa.GLOBAL_ReceiverDescription = f"microphones of {measured.GLOBAL_Title or os.path.basename(options['hrtf'])}"
     _room(sofa, response)
     sofa.Data_IR = samples.reshape(-1, *samples.shape[2:]).astype(float)
     sofa.Data_SamplingRate = float(sample_rate)

@@ -39,7 +39,7 @@ pub struct SoundArguments {
     pub aim: bool,
     /// Also write binaural responses.
     ///
-    /// With the HRTF of FILE.sofa (SimpleFreeFieldHRIR), as NAME_binaural.wav. The head looks along the receiver's aim, by
+    /// With the HRTF of FILE.sofa (SimpleFreeFieldHRIR, GeneralFIR), as NAME_binaural.wav. The head looks along the receiver's aim, by
     /// default towards the first source. Needs energies by direction: sonel-render implies --directions.
     #[arg(long, value_name = "FILE.sofa", requires = "wav")]
     pub hrtf: Option<PathBuf>,

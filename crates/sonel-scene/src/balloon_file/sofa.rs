@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use sonel_acoustics::Bands;
-use sonel_sofa::{Array, Sofa, Triangles};
+use sonel_sofa::{Array, Sofa, Triangles, Triplets, spherical};
 
 use crate::problem::LineProblem;
 
@@ -206,18 +206,13 @@ struct Station {
 impl Setup {
     fn read(file: &Sofa<'_>, spectra: &Spectra) -> Result<Self, String> {
         let station = |kind: &str| -> Result<Station, String> {
-            let of = |what: &str, default| {
-                Triplets::read(
-                    file,
-                    &format!("{kind}{what}"),
-                    spectra.measurements,
-                    spectra.measurements,
-                    default,
-                )
-            };
+            let count = spectra.measurements;
+            let of =
+                |what: &str, default| Triplets::read(file, &format!("{kind}{what}"), count, count, default);
             let (position, view) = (of("Position", Some(DVec3::ZERO))?, of("View", Some(DVec3::X))?);
             // An up without a type has that of the view.
-            let up = Triplets { is_spherical: view.is_spherical, ..of("Up", Some(DVec3::Z))? };
+            let mut up = of("Up", Some(DVec3::Z))?;
+            up.is_spherical = view.is_spherical;
             Ok(Station { position, view, up })
         };
         let receivers =
@@ -255,86 +250,6 @@ fn axes(view: DVec3, up: DVec3) -> Option<[DVec3; 3]> {
     let ahead = view.try_normalize()?;
     let left = up.try_normalize()?.cross(ahead).try_normalize()?;
     Some([ahead, left, ahead.cross(left)])
-}
-
-/// Triplets of coordinates, by row and measurement.
-struct Triplets {
-    is_spherical: bool,
-    shape: [usize; 3],
-    values: Vec<f64>,
-}
-
-impl Triplets {
-    /// The array `name` of one or `rows` rows, alike in all or separate in each of the `measurements`; `default` where there is none.
-    fn read(
-        file: &Sofa<'_>,
-        name: &str,
-        rows: usize,
-        measurements: usize,
-        default: Option<DVec3>,
-    ) -> Result<Self, String> {
-        let Some(array) = file.array(name)? else {
-            let default = default.ok_or_else(|| format!("the file has no array {name}"))?;
-            return Ok(Self { is_spherical: false, shape: [1, 3, 1], values: default.to_array().to_vec() });
-        };
-        let is_spherical = is_spherical(name, &array)?;
-        let shape = match array.shape[..] {
-            [found, 3] => [found, 3, 1],
-            [found, 3, layers] => [found, 3, layers],
-            _ => [0; 3],
-        };
-        if !(shape[0] == 1 || shape[0] == rows) || !(shape[2] == 1 || shape[2] == measurements) {
-            return Err(format!(
-                "{name} has the shape {:?}; needed are 1 or {rows} rows of 3 coordinates",
-                array.shape
-            ));
-        }
-        Ok(Self { is_spherical, shape, values: array.values })
-    }
-
-    /// Cartesian coordinates.
-    fn at(&self, row: usize, measurement: usize) -> DVec3 {
-        let [rows, columns, layers] = self.shape;
-        let (row, layer) = (row.min(rows - 1), measurement.min(layers - 1));
-        let value = |column: usize| self.values[(row * columns + column) * layers + layer];
-        let [x, y, z] = [0, 1, 2].map(value);
-        if !self.is_spherical {
-            return DVec3::new(x, y, z);
-        }
-        spherical(x, y, z)
-    }
-}
-
-/// Cartesian coordinates of an azimuth, an elevation [°] and a distance.
-fn spherical(azimuth: f64, elevation: f64, distance: f64) -> DVec3 {
-    let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
-    let across = distance * libm::cos(elevation);
-    DVec3::new(across * libm::cos(azimuth), across * libm::sin(azimuth), distance * libm::sin(elevation))
-}
-
-/// Whether an array has azimuth, elevation [°] and distance [m], not x, y, z [m].
-fn is_spherical(name: &str, array: &Array) -> Result<bool, String> {
-    let kind = array.attribute("Type").unwrap_or("cartesian");
-    let units = array.attribute("Units").unwrap_or_default().to_lowercase();
-    let words: Vec<&str> = units.split([',', ' ']).filter(|word| !word.is_empty()).collect();
-    let is_length = |word: &&str| ["metre", "meter", "metres", "meters", "m"].contains(word);
-    let (is_spherical, is_in_units) = match (kind, &words[..]) {
-        ("cartesian", words) => (false, words.iter().all(is_length)),
-        ("spherical", [a, b, c]) => {
-            (true, a.starts_with("degree") && b.starts_with("degree") && is_length(c))
-        }
-        ("spherical", words) => (true, words.is_empty()),
-        _ => {
-            return Err(format!(
-                "{name} has coordinates of the type {kind}; cartesian and spherical are read"
-            ));
-        }
-    };
-    if is_in_units {
-        Ok(is_spherical)
-    } else {
-        Err(format!("{name} is in \"{units}\"; degrees and metres are read"))
-    }
 }
 
 /// One of each direction, with the mean energies of those that are the same; and the largest difference between them [dB].
