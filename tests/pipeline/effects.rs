@@ -80,10 +80,12 @@ fn rooms_have_the_boundary_term_unless_it_is_left_out() {
         render(&folder, "a.sonelmap", name, options).expect("a response");
         let response = response(&folder, name);
         let bands: Vec<f64> = response.energy.chunks(response.bins()).map(|bins| bins.iter().sum()).collect();
-        (bands, response.provenance.sources[0].boundary_db.clone())
+        let absorbed = response.provenance.options.expect("how it was rendered").boundary_absorption;
+        (bands, response.provenance.sources[0].boundary_db.clone(), absorbed)
     };
-    let (with, stated) = heard("with.npz", &[]);
-    let (without, nothing) = heard("without.npz", &["--effects", "-boundary"]);
+    let (with, stated, absorbed) = heard("with.npz", &[]);
+    let (without, nothing, all) = heard("without.npz", &["--effects", "-boundary"]);
+    assert!(all.is_empty() && (0.75..0.85).contains(&absorbed[0]) && absorbed[1] >= 1.0, "{absorbed:?}");
     assert!(
         nothing.is_empty() && (stated[0][0] + 2.1).abs() < 0.1 && stated[0][1].abs() < 1e-12,
         "{stated:?}"

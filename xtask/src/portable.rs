@@ -51,7 +51,7 @@ fn interrupted() -> Result<()> {
     let folder = workspace::root().join(FOLDER);
     let map = folder.join("interrupted.sonelmap");
     let mut trace = Command::new(folder.join("debug/sonel-trace"));
-    trace.args(["scenes/shoebox/scene.toml", "--packets", "100M", "--quiet", "-o"]).arg(&map);
+    trace.args(["scenes/shoebox/scene.toml", "--packets", "20M", "--quiet", "-o"]).arg(&map);
     let mut running = trace.current_dir(workspace::root()).stderr(Stdio::null()).spawn()?;
     std::thread::sleep(std::time::Duration::from_secs(5));
     shown(Command::new("kill").args(["-s", "INT", &running.id().to_string()]))?;

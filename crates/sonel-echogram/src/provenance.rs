@@ -105,6 +105,9 @@ pub struct Options {
     pub radius_m: Option<f64>,
     /// Attenuation by air of every band [1/m].
     pub air_attenuation: Vec<f64>,
+    /// What walls absorb with the boundary term, of what they absorb of rays [1], per band; empty without it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub boundary_absorption: Vec<f64>,
     /// Batches that were rendered, where these are not all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub batches: Option<u32>,

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use sonel_acoustics::{AbsorptionLaw, BandWidth, Bands};
+use sonel_acoustics::{BandWidth, Bands};
 use sonel_geometry::Geometry;
 use sonel_scene::checkup::{self, Checkup};
 use sonel_scene::{Document, Loaded, PolygonMesh, SceneErrors, Value};
@@ -231,13 +231,6 @@ impl Material {
     #[must_use]
     pub fn with(mut self, key: MaterialKey, values: impl Into<Coefficients>) -> Self {
         self.0.push((key.name().to_owned(), values.into().into()));
-        self
-    }
-
-    /// States how absorption depends on the angle of incidence; it does not unless stated.
-    #[must_use]
-    pub fn absorbing_by(mut self, law: AbsorptionLaw) -> Self {
-        self.0.push(("absorption_law".to_owned(), law.to_string().into()));
         self
     }
 }

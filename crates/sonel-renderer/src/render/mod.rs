@@ -250,7 +250,8 @@ impl<'a> Renderer<'a> {
             return found;
         }
         let position = self.map.header().scene.sources[source].position - self.geometry.center();
-        let most = if self.enumerates_mirrors() { self.prepared.settings.mirror_order } else { Some(0) };
+        let enumerates = self.connects_diffuse() && self.prepared.table.propagation().is_straight();
+        let most = if enumerates { self.prepared.settings.mirror_order } else { Some(0) };
         let earlier = self.earlier.as_ref().and_then(|earlier| earlier.image_sources[source].get());
         let made = ImageSources::enumerate(self.geometry, &self.prepared.table, position, most, earlier);
         // Made outside the lock, because all processors take part: one of them may meanwhile begin a task that asks for the same.
@@ -293,6 +294,12 @@ impl<'a> Renderer<'a> {
         self.prepared.classes.spread(&self.prepared.airs.air(0).attenuation)
     }
 
+    /// What walls absorb with the boundary term, of what they absorb of rays [1], per band; nothing without it.
+    #[must_use]
+    pub fn absorbed(&self) -> Vec<f64> {
+        self.prepared.modes.as_ref().map(|modes| modes.absorbed.clone()).unwrap_or_default()
+    }
+
     /// When direct sound of `source` arrives, or would arrive, at a world position [m]: [s].
     #[must_use]
     pub fn direct_time(&self, source: usize, receiver: DVec3) -> f64 {
@@ -324,12 +331,6 @@ impl<'a> Renderer<'a> {
     /// # Errors
     /// [`RenderError::Receivers`] with all problems of all receivers.
     pub fn check_receivers(&self, receivers: &[ReceiverPoint]) -> Result<(), RenderError> {
-        let problems = self.problems(receivers);
-        if problems.is_empty() { Ok(()) } else { Err(RenderError::Receivers(problems)) }
-    }
-
-    /// Problems of `receivers`, one sentence each.
-    fn problems(&self, receivers: &[ReceiverPoint]) -> Vec<String> {
         let scene = &self.map.header().scene;
         let sources: Vec<DVec3> = scene.sources.iter().map(|source| source.position).collect();
         let mut problems = Vec::new();
@@ -352,7 +353,7 @@ impl<'a> Renderer<'a> {
             }
             problems.extend(self.lateral_problem(receiver));
         }
-        problems
+        if problems.is_empty() { Ok(()) } else { Err(RenderError::Receivers(problems)) }
     }
 
     /// Renders one source. `borders` gives for every receiver the coarse time borders [s] of its batches.
@@ -368,11 +369,6 @@ impl<'a> Renderer<'a> {
         let mut sums = self.begin(source, receivers, borders)?;
         let _ = self.extend(&mut sums, &mut |_| ControlFlow::Continue(()));
         Ok(self.finish(sums))
-    }
-
-    /// Whether image sources own anything.
-    fn enumerates_mirrors(&self) -> bool {
-        self.connects_diffuse() && self.prepared.table.propagation().is_straight()
     }
 
     /// Whether connections own … D R.

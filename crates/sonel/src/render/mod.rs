@@ -99,14 +99,17 @@ impl Rendered {
     pub fn boundary(&self) -> Option<String> {
         let echograms = self.response.echograms();
         let changes = &echograms.provenance.sources.first()?.boundary_db;
+        let absorbed = &echograms.provenance.options.as_ref()?.boundary_absorption;
         let of_band = |(band, f): (usize, &f64)| {
             let largest = |one: f64, other: f64| if one.abs() < other.abs() { other } else { one };
             let most = changes.iter().map(|of_receiver| of_receiver[band]).reduce(largest)?;
-            (most.abs() > 0.0).then(|| format!("{most:+.2} dB at {f} Hz").replace('-', "−"))
+            let text = || format!("{most:+.2} dB, {:.2} α at {f} Hz", absorbed[band]).replace('-', "−");
+            (most.abs() > 0.0).then(text)
         };
-        let bands = echograms.center_frequency_hz.iter().enumerate().filter_map(of_band);
-        let bands = bands.collect::<Vec<_>>().join(", ");
-        (!bands.is_empty()).then(|| format!("boundary term: all but direct sound by up to {bands}"))
+        let bands: Vec<String> =
+            echograms.center_frequency_hz.iter().enumerate().filter_map(of_band).collect();
+        let term = "boundary term (change of all but direct sound, absorption of walls)";
+        (!bands.is_empty()).then(|| format!("{term}: {}", bands.join("; ")))
     }
 
     /// Seconds by the observer's clock at the end: on the wall, and of the processor.

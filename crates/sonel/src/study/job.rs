@@ -248,6 +248,7 @@ fn provenance(
             rays: settings.rays(traced.emissions),
             radius_m: settings.gather_radius,
             air_attenuation: renderer.attenuation(),
+            boundary_absorption: renderer.absorbed(),
             batches: Some(renderer.batches()).filter(|&some| some < traced.batches),
             directions: settings.directions,
             changed: map.drawn_with().map(|_| changes(scene)),

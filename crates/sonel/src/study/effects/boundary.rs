@@ -31,8 +31,9 @@ pub(super) fn decide(request: Request, mode: Mode, scene: &Scene, geometry: &Geo
     let change = |&of: &f64| 10.0 * LOG10_E * libm::log(weight(walls, of));
     let longer = |&of: &f64| (1.0 - spared(2.0 * walls, of)).recip() - 1.0;
     let low = scene.bands.nominal().iter().zip(&wavelengths).filter(|(_, of)| **of > 0.0);
-    let listed = low.map(|(f, of)| format!("{:+.2} dB at {f} Hz", change(of)).replace('-', "−"));
-    let listed = listed.collect::<Vec<_>>().join(", ");
+    let of_band =
+        |(f, of)| format!("{:+.2} dB, {:.2} T at {f} Hz", change(of), 1.0 + longer(of)).replace('-', "−");
+    let listed = low.map(of_band).collect::<Vec<_>>().join("; ");
     let reason = format!("all but direct sound: {listed}; in rendering, for the walls about each receiver");
     let level_db = wavelengths.iter().map(|of| change(of).abs()).collect();
     let bound = Some(Bound { level_db, decay: wavelengths.iter().map(longer).collect() });
