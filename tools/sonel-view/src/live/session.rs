@@ -264,6 +264,10 @@ impl Session {
             }
             (state.map, state.text, state.maps) = (Some(Arc::new(map)), text.to_owned(), state.maps + 1);
             state.order = order;
+            drop(state);
+            // Pages look for a map every 30 ms: whoever waits for first numbers asks for them now, and the trace goes on behind them.
+            thread::sleep(20 * MOMENT);
+            let _ = follower.progress("", 0.0);
         }
         Ok(())
     }
@@ -309,10 +313,8 @@ impl Session {
         let (response, all, source) = self.read_off(rendered.response, wish.source)?;
         let echograms = response.echograms();
         // Charts come with the last numbers.
-        let curves = match wish.batches {
-            None => Some(pair::curves(echograms, (source, 0), Some(&*map.walls()?))),
-            Some(_) => None,
-        };
+        let walls = map.walls()?;
+        let curves = wish.batches.is_none().then(|| pair::curves(echograms, (source, 0), Some(&*walls)));
         let pair = Pair { curves, ..Pair::of(&all[source], None) };
         newest.unless_replaced()?;
         Ok(Answer::Json(
