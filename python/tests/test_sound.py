@@ -290,6 +290,26 @@ def test_a_measured_array_has_a_channel_for_each_microphone(response, tmp_path):
         response.impulse_responses(hrtf=tmp_path / "room.sofa")
 
 
+def test_a_head_with_one_view_is_read_and_one_that_turns_is_refused(response, head, tmp_path):
+    def heard(change):
+        sofa = sofar.read_sofa(str(head), verbose=False)
+        change(sofa, len(sofa.SourcePosition))
+        sofar.write_sofa(str(tmp_path / "changed.sofa"), sofa)
+        return response.impulse_responses(hrtf=tmp_path / "changed.sofa")
+
+    def views(*rows):
+        def change(sofa, count):
+            sofa.ListenerView, sofa.ListenerUp = np.resize(rows, (count, 3)), np.resize([0.0, 0.0, 1.0], (count, 3))
+
+        return change
+
+    np.testing.assert_array_equal(heard(views([1.0, 0.0, 0.0])), response.impulse_responses(hrtf=head))
+    with pytest.raises(sonel.Error, match="the listener turns between measurements"):
+        heard(views([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]))
+    with pytest.raises(sonel.Error, match="SourcePosition has 1 rows, Data.IR 26"):
+        heard(lambda sofa, _: setattr(sofa, "SourcePosition", sofa.SourcePosition[:1]))
+
+
 def test_microphones_are_where_sound_is(tmp_path):
     """A microphone behind a screen, in a box or outside is named with its place, the body and a free place; what is stored refuses it, too."""
     scene = sonel.Scene.shoebox([6, 5, 3], {"walls": 0.2}, sources=[1, 1, 1.5], receivers={"seat": [3.0, 2.5, 1.2]}, duration_s=0.1)

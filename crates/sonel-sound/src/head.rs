@@ -125,7 +125,12 @@ fn measured(file: &[u8], sample_rate_hz: u32) -> Result<Measured, String> {
         return Err(format!("its sample rate is {from} Hz, whole numbers of 8000 … 192000 Hz are allowed"));
     }
     let places = Triplets::read(&sofa, "SourcePosition", measurements, measurements, None)?;
-    if sofa.array("ListenerView")?.is_some_and(|view| view.shape.first().is_some_and(|rows| *rows > 1)) {
+    let positions = array("SourcePosition")?.shape[0];
+    if positions != measurements {
+        return Err(format!("SourcePosition has {positions} rows, Data.IR {measurements}"));
+    }
+    let view = Triplets::read(&sofa, "ListenerView", measurements, measurements, Some(DVec3::X))?;
+    if (0..measurements).any(|row| view.at(row, row) != view.at(0, 0)) {
         return Err(
             "the listener turns between measurements: needed is one view, with sources around".to_owned()
         );
