@@ -273,11 +273,13 @@ fn at_receiver(
     let more = talk.map(|talk| talk.more_than(&response.center_frequency_hz, power, system));
     let has_direct = !system.is_empty();
     let measured = response.provenance.measured.as_ref();
-    let found: Vec<BandParameters> = bands
-        .par_iter()
-        .enumerate()
-        .zip(&response.center_frequency_hz)
-        .map(|((b, band), &center_frequency_hz)| {
+    let speech_transmission_index = || match all {
+        true => speech(&response.center_frequency_hz, &bands, power, talk.zip(more))
+            .map(|index| index.warned(of_different_talkers(system))),
+        false => NOT_ASKED.clone(),
+    };
+    let found = bands.par_iter().enumerate().zip(&response.center_frequency_hz).map(
+        |((b, band), &center_frequency_hz)| {
             let mut parameters = band_parameters(band, on_stage, wanted);
             let octave =
                 SPEECH_OCTAVES.iter().position(|octave| octave.total_cmp(&center_frequency_hz).is_eq());
@@ -315,20 +317,17 @@ fn at_receiver(
             let windows = windows
                 .map(|window| parameter_of(&[&band.all], |values| window.strength(values[0].curve()?)));
             BandParameters { center_frequency_hz, parameters, windows: windows.collect() }
-        })
-        .collect();
+        },
+    );
+    let (found, speech_transmission_index) =
+        rayon::join(|| found.collect::<Vec<_>>(), speech_transmission_index);
     let levels = found.iter().map(|band| band.parameter(Parameter::Level));
     ReceiverParameters {
         source: response.source_names[s].clone(),
         source_position,
         name: response.receiver_names[r].clone(),
         position,
-        speech_transmission_index: if all {
-            speech(&response.center_frequency_hz, &bands, power, talk.zip(more))
-                .map(|index| index.warned(of_different_talkers(system)))
-        } else {
-            NOT_ASKED.clone()
-        },
+        speech_transmission_index,
         a_weighted_level_db: derived(
             |levels| noise::a_weighted_db(&response.center_frequency_hz, levels),
             levels,

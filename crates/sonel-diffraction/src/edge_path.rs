@@ -18,7 +18,7 @@
 
 use std::f64::consts::PI;
 
-use crate::complex::Complex;
+use crate::complex::{Complex, root, unit};
 use crate::contour::Integral;
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::{Wedge, WedgePoint, apex, index, rapidity};
@@ -184,7 +184,7 @@ impl EdgePath {
         for piece in &self.pieces {
             let amplitudes = piece.integral.at(numbers, &of);
             for ((sum, amplitudes), k) in sums.iter_mut().zip(amplitudes).zip(numbers.values()) {
-                let turn = Complex::unit(-k * piece.length);
+                let turn = unit(-k * piece.length);
                 for (sum, amplitude) in sum.iter_mut().zip(amplitudes) {
                     *sum += amplitude * turn;
                 }
@@ -237,15 +237,15 @@ impl Unfolded {
             // L² − L_e² over 4 r_S r_R t², the rise of (cosh η − 1)/2 per t².
             let per_square = Complex::new(-t * t, -2.0 * length) * (0.25 / product);
             let (t_over_sine, sine) = if rise > 0.0 {
-                let sine = (Complex::real(rise) + per_square * (t * t)).sqrt();
-                (sine.inverse() * t, sine)
+                let sine = root(Complex::from(rise) + per_square * (t * t));
+                (sine.inv() * t, sine)
             } else {
-                let root = per_square.sqrt();
-                (root.inverse(), root * t)
+                let apex = root(per_square);
+                (apex.inv(), apex * t)
             };
             // dη/L = dL/(r_S r_R sinh η) with dL = −2j t dt and sinh η = 2 sinh ½η cosh ½η.
-            let cosine = (Complex::real(1.0) + sine * sine).sqrt();
-            let measure = Complex::new(0.0, -weight * turn / product) * t_over_sine * cosine.inverse();
+            let cosine = root(Complex::from(1.0) + sine * sine);
+            let measure = Complex::new(0.0, -weight * turn / product) * t_over_sine * cosine.inv();
             self.secondary.terms(sine, cosine).map(|term| term * measure)
         };
         Piece { length, integral: Integral::new(range, scale, weighted) }
@@ -293,14 +293,13 @@ impl Secondary {
     pub(crate) fn terms(&self, half_sine: Complex, half_cosine: Complex) -> [Complex; WAVES] {
         let square = if self.is_rim {
             // sinh² ¼η = ½ sinh² ½η/(1 + cosh ½η).
-            half_sine * half_sine * (half_cosine + Complex::real(1.0)).inverse() * 0.5
+            half_sine * half_sine * (half_cosine + Complex::from(1.0)).inv() * 0.5
         } else {
             let sine = multiple_sine(self.index, half_sine, half_cosine);
             sine * sine
         };
-        let [a, b, first, second] = self
-            .turns
-            .map(|(sine, cosine)| (square + Complex::real(sine * sine)).inverse() * (sine * cosine));
+        let [a, b, first, second] =
+            self.turns.map(|(sine, cosine)| (square + Complex::from(sine * sine)).inv() * (sine * cosine));
         [a + b, first, second]
     }
 
@@ -313,17 +312,17 @@ impl Secondary {
 
 /// sinh νx from sinh x and cosh x, for a real part of x of at least 0, to 1e-8.
 fn multiple_sine(index: f64, sine: Complex, cosine: Complex) -> Complex {
-    if sine.square_of_modulus() < SERIES {
+    if sine.norm_sqr() < SERIES {
         // ν sinh x ∏ₖ (1 + (ν² − (2k + 1)²)/((2k + 2)(2k + 3)) sinh² x (1 + …)): exact at small x, where the contours begin.
         let square = sine * sine;
-        let series = RECIPROCALS.iter().rev().fold(Complex::real(1.0), |series, (odd, reciprocal)| {
-            Complex::real(1.0) + square * series * ((index * index - odd * odd) * reciprocal)
+        let series = RECIPROCALS.iter().rev().fold(Complex::from(1.0), |series, (odd, reciprocal)| {
+            Complex::from(1.0) + square * series * ((index * index - odd * odd) * reciprocal)
         });
         return sine * series * index;
     }
     let exponential = sine + cosine;
-    let growth = libm::exp(0.5 * index * libm::log(exponential.square_of_modulus()));
-    let turn = Complex::unit(index * libm::atan2(exponential.im, exponential.re));
+    let growth = libm::exp(0.5 * index * libm::log(exponential.norm_sqr()));
+    let turn = unit(index * libm::atan2(exponential.im, exponential.re));
     Complex::new(0.5 * (growth - 1.0 / growth) * turn.re, 0.5 * (growth + 1.0 / growth) * turn.im)
 }
 

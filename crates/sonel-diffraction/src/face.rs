@@ -21,7 +21,7 @@
 
 use glam::DVec3;
 
-use crate::complex::Complex;
+use crate::complex::{Complex, unit};
 use crate::edge_path::{EdgePath, Secondary, Visibility, WAVES};
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::{Wedge, WedgePoint, apex};
@@ -210,10 +210,10 @@ impl FacePath {
             let factors = fields[at][1 - edge].iter().zip(near).zip(&lights[edge]).zip(numbers.values());
             let factors = factors.map(|(((far, near), light), k)| {
                 let [direct, first, second] = *far;
-                let far = (direct + first + second) * Complex::unit(k * form.whole) * form.whole;
-                let near = near * Complex::unit(k * form.reach) * form.reach;
+                let far = (direct + first + second) * unit(k * form.whole) * form.whole;
+                let near = near * unit(k * form.reach) * form.reach;
                 let lit = far + (near - far) * light.near + far * light.more;
-                lit * Complex::unit(k * self.length) * form.weight
+                lit * unit(k * self.length) * form.weight
             });
             let lead = fields[at][edge].iter().zip(factors);
             lead.map(|(terms, factor)| terms.map(|term| term * factor)).collect()

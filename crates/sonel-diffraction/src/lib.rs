@@ -16,7 +16,7 @@ mod transition;
 pub mod wave_numbers;
 pub mod wedge;
 
-pub use complex::Complex;
+pub use complex::{Complex, unit};
 pub use edge_path::{EdgePath, Visibility, WAVES};
 pub use face::FacePath;
 pub use pair::{EdgePair, PairWay, PartOfEdge};

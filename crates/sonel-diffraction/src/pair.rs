@@ -14,7 +14,7 @@
 
 use glam::DVec3;
 
-use crate::complex::Complex;
+use crate::complex::{Complex, unit};
 use crate::edge_path::{EdgePath, Visibility, WAVES};
 use crate::transition::{Transition, share_beside};
 use crate::wave_numbers::WaveNumbers;
@@ -138,7 +138,7 @@ impl EdgePair {
         let both = first.iter().zip(&last).zip(numbers.values()).zip(light);
         both.map(|(((first, last), k), light)| {
             // Each of the fields turns over the whole way.
-            let factor = Complex::unit(2.0 * k * self.length) * light * self.length;
+            let factor = unit(2.0 * k * self.length) * light * self.length;
             first.map(|one| last.map(|other| one * other * factor))
         })
         .collect()
@@ -146,7 +146,7 @@ impl EdgePair {
 
     /// Of every wave number, what it is over C.
     fn light(&self, numbers: &WaveNumbers) -> Vec<Complex> {
-        let one = Complex::real(1.0);
+        let one = Complex::from(1.0);
         let Some(transitions) = &self.transitions else { return vec![one; numbers.values().len()] };
         let [first, last] = transitions.each_ref().map(|transition| transition.shares(numbers));
         let most = transitions[0].most;

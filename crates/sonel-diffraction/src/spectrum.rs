@@ -7,7 +7,7 @@
 use std::borrow::Borrow;
 use std::f64::consts::TAU;
 
-use crate::complex::Complex;
+use crate::complex::{Complex, unit};
 use crate::wave_numbers::WaveNumbers;
 
 /// Cells of an octave: means are exact for amplitudes that fall as the root of 1/f, as those over edges do far from their boundaries, and err by
@@ -98,7 +98,7 @@ impl Spectrum {
     /// The wave that has the same amplitude in every cell.
     #[must_use]
     pub fn flat(&self, length: f64, amplitude: f64) -> Wave {
-        Wave { length, amplitude: vec![Complex::real(amplitude); self.cells.len()] }
+        Wave { length, amplitude: vec![Complex::from(amplitude); self.cells.len()] }
     }
 
     /// Mean of |p|² of one wave with `amplitudes`, one a cell [1/m], per band [1/m²].
@@ -106,7 +106,7 @@ impl Spectrum {
     pub fn energy_of_one(&self, amplitudes: impl Iterator<Item = Complex>) -> Vec<f64> {
         let mut energy = vec![0.0; self.bands];
         for (amplitude, cell) in amplitudes.zip(&self.cells) {
-            energy[cell.band] += cell.weight * amplitude.square_of_modulus();
+            energy[cell.band] += cell.weight * amplitude.norm_sqr();
         }
         energy
     }
@@ -153,7 +153,7 @@ impl Arriving {
         let mut arriving = Self { lengths: Vec::new(), rows: vec![Row::default(); cells.len()] };
         for wave in sorted {
             let amplitudes = &wave.amplitude[before..][..cells.len()];
-            if amplitudes.iter().all(|amplitude| amplitude.square_of_modulus() <= 0.0) {
+            if amplitudes.iter().all(|amplitude| amplitude.norm_sqr() <= 0.0) {
                 continue;
             }
             let is_new =
@@ -162,7 +162,7 @@ impl Arriving {
                 arriving.lengths.push(wave.length);
             }
             for ((row, cell), &amplitude) in arriving.rows.iter_mut().zip(cells).zip(amplitudes) {
-                row.add(is_new, amplitude * Complex::unit(-cell.k * wave.length), cell.half * wave.length);
+                row.add(is_new, amplitude * unit(-cell.k * wave.length), cell.half * wave.length);
             }
         }
         arriving
@@ -246,7 +246,7 @@ mod tests {
     fn means_are_flat_per_hertz() {
         let spectrum = Spectrum::new(&[(707.0, 1414.0)], 343.0);
         let falling =
-            spectrum.wave_numbers().values().iter().map(|k| Complex::real(1.0 / k.sqrt())).collect();
+            spectrum.wave_numbers().values().iter().map(|k| Complex::from(1.0 / k.sqrt())).collect();
         let found = spectrum.energy(&[Wave { length: 0.0, amplitude: falling }])[0];
         let exact = 2f64.ln() / 707.0 * 343.0 / TAU;
         assert!((found / exact - 1.0).abs() < 1e-12, "{found} {exact}");
@@ -256,7 +256,7 @@ mod tests {
     fn a_wave_that_ends_below_the_last_cell_counts_up_to_there() {
         let spectrum = Spectrum::new(&[(350.0, 700.0), (700.0, 1400.0)], 340.0);
         let low = |length: f64| {
-            let below = |cell: &Cell| Complex::real(if cell.band == 0 { 0.5 } else { 0.0 });
+            let below = |cell: &Cell| Complex::from(if cell.band == 0 { 0.5 } else { 0.0 });
             Wave { length, amplitude: spectrum.cells().iter().map(below).collect() }
         };
         let alone = spectrum.energy(&[spectrum.flat(1.0, 1.0)]);

@@ -14,7 +14,7 @@ use crate::wave_numbers::WaveNumbers;
 
 /// Summand that keeps quotients by γ − 1 finite [1]; its effect is of that order, 0.01 dB.
 const ALIKE: f64 = 1e-3;
-const ONE: Complex = Complex::real(1.0);
+const ONE: Complex = Complex::new(1.0, 0.0);
 
 /// An edge lit from the one before, and from where the way begins, both as if it had no end.
 #[derive(Debug, Clone)]
@@ -39,5 +39,5 @@ impl Transition {
 /// Which share of p counts beside q, q/(λ + (1 − λ)(p + q − p q)), for a γ of `most`.
 pub(crate) fn share_beside([p, q]: [Complex; 2], most: f64) -> Complex {
     let alone = 3.0 / (1.0 + 2.0 * most);
-    q / ((p + q - p * q) * (1.0 - alone) + Complex::real(alone))
+    q / ((p + q - p * q) * (1.0 - alone) + Complex::from(alone))
 }

@@ -39,7 +39,9 @@ pub use balloon_file::{is_balloon_file, load_balloon, rolled};
 pub use defaults::folded;
 pub use draft::{Draft, DraftOptions, Purpose, draft, draft_shoebox};
 pub use effect::Effect;
-pub use load::{Document, Loaded, load, load_materials, load_receivers, read_material, read_variants};
+pub use load::{
+    Document, Loaded, load, load_materials, load_receivers, read_material, read_variants, reload,
+};
 pub use media::{Airs, Media, NO_AIR, Region};
 pub use notation::shell_word;
 pub use polygon_mesh::PolygonMesh;

@@ -1,16 +1,16 @@
 //! Reads the text of a scene file into a [`Scene`].
 
-use std::collections::HashSet;
 use std::io;
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::DVec3;
 use sonel_acoustics::{Bands, Directivity, Material};
-use sonel_geometry::{CellPlace, FaceKind, Geometry, Mesh, Redrawn};
+use sonel_geometry::{CellPlace, FaceKind, Geometry, Redrawn};
 use toml::de::DeTable;
 
 use crate::bands::{self, BandChoice};
-use crate::document::{Entry, Table, quoted_key};
+use crate::document::{Entry, Table};
 use crate::formats;
 use crate::hollow_partitions;
 use crate::inspection::inspect;
@@ -23,7 +23,7 @@ use crate::room;
 use crate::scene::{default_duration, face_kind};
 use crate::seclusion;
 use crate::sections::points::{Placed, read_receivers, read_sources};
-use crate::sections::walls::{self, Walls, is_side};
+use crate::sections::walls::{self, Walls};
 use crate::sections::{air, designs, materials, regions};
 use crate::value::{Entries, Value, to_toml};
 use crate::{LONGEST_DEFAULT_DURATION, LONGEST_DURATION, Problem, Receiver, Scene, SceneErrors, Source};
@@ -60,7 +60,7 @@ pub struct Loaded {
     /// The compiled scene.
     pub scene: Scene,
     /// The walls, by [`Scene::geometry`].
-    pub geometry: Geometry,
+    pub geometry: Arc<Geometry>,
     /// Size of the room, defaults taken, repairs made: one sentence each, for the log.
     pub notes: Vec<String>,
     /// Indices of the notes about defaults and entries of libraries ([`crate::folded`]).
@@ -81,8 +81,24 @@ pub fn load(
     file_label: &str,
     open_mesh: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Loaded, SceneErrors> {
-    loaded(attempt(toml_text, file_label, open_mesh)?)
+    loaded(attempt(toml_text, file_label, open_mesh, None)?)
 }
+
+/// Reads a scene that differs from an `earlier` one in its sources alone, and takes over the walls of that.
+///
+/// # Errors
+/// The errors of [`load`].
+pub fn reload(
+    toml_text: &str,
+    file_label: &str,
+    open_file: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
+    earlier: Earlier<'_>,
+) -> Result<Loaded, SceneErrors> {
+    loaded(attempt(toml_text, file_label, open_file, Some(earlier))?)
+}
+
+/// A scene and its walls.
+type Earlier<'a> = (&'a Scene, &'a Arc<Geometry>);
 
 /// The scene of `attempt` where it has no problem.
 fn loaded(attempt: Attempt) -> Result<Loaded, SceneErrors> {
@@ -145,7 +161,7 @@ impl Document {
         // The mesh is the first key.
         let begin = "mesh = ".len();
         let name = self.mesh.as_ref().map_or(0..0, |_| begin..begin + Self::MESH_NAME.len() + 2);
-        let origin = Origin { text: &text, mesh_name: name, mesh: self.mesh.as_ref() };
+        let origin = Origin { text: &text, mesh_name: name, mesh: self.mesh.as_ref(), earlier: None };
         compile(&self.keys, &origin, &mut none, Report::new(Self::LABEL, None))
     }
 }
@@ -158,6 +174,8 @@ struct Origin<'a> {
     mesh_name: Range<usize>,
     /// The mesh, where it is no file.
     mesh: Option<&'a PolygonMesh>,
+    /// A scene of the same walls.
+    earlier: Option<Earlier<'a>>,
 }
 
 /// Reads the `[[receivers]]` of a file that holds nothing else: receivers of a map, kept beside it.
@@ -291,14 +309,14 @@ pub(crate) struct Attempt {
     /// A makeshift where there are problems.
     pub(crate) scene: Scene,
     /// The walls, where they can be used.
-    pub(crate) geometry: Option<Geometry>,
+    pub(crate) geometry: Option<Arc<Geometry>>,
     /// Names of the mesh that are no material; triangles index them behind the materials.
     pub(crate) unknown: Vec<String>,
     pub(crate) remarks: Remarks,
     pub(crate) problems: Vec<Problem>,
 }
 
-/// Reads a scene as [`load`] does and keeps what could be read of it.
+/// Reads a scene as [`load`] does, or [`reload`] after an `earlier` one, and keeps what could be read of it.
 ///
 /// # Errors
 /// When the text is no TOML.
@@ -306,10 +324,11 @@ pub(crate) fn attempt(
     toml_text: &str,
     file_label: &str,
     open_mesh: walls::OpenMesh<'_>,
+    earlier: Option<Earlier<'_>>,
 ) -> Result<Attempt, SceneErrors> {
     let (entries, report) = parsed(toml_text, file_label)?;
     let mesh_name = entries.get("mesh").map_or(0..0, |mesh| mesh.span.clone());
-    Ok(compile(&entries, &Origin { text: toml_text, mesh_name, mesh: None }, open_mesh, report))
+    Ok(compile(&entries, &Origin { text: toml_text, mesh_name, mesh: None, earlier }, open_mesh, report))
 }
 
 /// Reads every section. With problems in the report the scene is a makeshift and must not be used.
@@ -335,7 +354,9 @@ fn compile(
     let sources = read_sources(document, &bands, up, open_mesh);
     let first_source = sources.first().map(|source| source.point.position);
     let receivers = read_receivers(document, first_source);
-    let mut walls = walls::read(document, &materials, open_mesh, origin.mesh);
+    let known = origin.earlier;
+    let mut walls =
+        if known.is_none() { walls::read(document, &materials, open_mesh, origin.mesh) } else { None };
     if let Some(walls) = &mut walls {
         leave_out_holes(walls, &materials, &report);
     }
@@ -347,8 +368,10 @@ fn compile(
         walls.as_mut().and_then(|walls| build(walls, &materials, kind, &air_at, closed.as_ref(), &report));
     let source_points: Vec<DVec3> = sources.iter().map(|source| source.point.position).collect();
     let geometry = walls.as_ref().zip(geometry).map(|(walls, geometry)| {
-        hollow_partitions::close_off(walls, geometry, kind, &mut air_at, &source_points, &report)
+        Arc::new(hollow_partitions::close_off(walls, geometry, kind, &mut air_at, &source_points, &report))
     });
+    let geometry = geometry.or_else(|| known.map(|(_, walls)| Arc::clone(walls)));
+    let air_at = known.map_or(air_at, |(scene, _)| scene.air_at.clone());
     let is_outside = |place: &DVec3| geometry.as_ref().is_some_and(|geometry| geometry.cell_at(*place) == 0);
     for (at, place) in air_at.iter().enumerate().filter(|(_, place)| is_outside(place)) {
         report.warn(format!(
@@ -357,16 +380,18 @@ fn compile(
             at + 1
         ));
     }
-    inspect(geometry.as_ref(), &sources, &receivers, &report);
+    inspect(geometry.as_deref(), &sources, &receivers, &report);
     let compile_media = |geometry| regions::compile(regions, &interfaces, &sources, geometry, &report);
-    let media = geometry.as_ref().and_then(compile_media);
+    let media = geometry.as_deref().and_then(compile_media);
 
     if let Some(walls) = &walls {
-        note_unused(&materials, walls, up, &report);
+        walls.note_unused(&materials, up, &report);
     }
     let of_walls = walls.as_mut().map(|walls| (std::mem::take(&mut walls.unknown), walls.unit));
     let (unknown, unit) = of_walls.unwrap_or_default();
-    let (mesh, mesh_digest) = walls.map_or((Mesh::default(), [0; 32]), |walls| (walls.mesh, walls.digest));
+    let of_walls = walls.map(|walls| (walls.mesh, walls.digest));
+    let of_walls = of_walls.or_else(|| known.map(|(scene, _)| (scene.mesh.clone(), scene.mesh_digest)));
+    let (mesh, mesh_digest) = of_walls.unwrap_or_default();
     let mut scene = Scene {
         name,
         speed_of_sound: air.speed_of_sound(),
@@ -389,11 +414,11 @@ fn compile(
         mesh_digest,
     };
     scene.digest = digest(origin, &scene.sources);
-    if let Some(geometry) = &geometry {
+    if let Some(geometry) = geometry.as_ref().filter(|_| known.is_none()) {
         room::describe(&scene, geometry, unit, &report);
         room::warn_of_its_side(&scene, geometry, &report);
     }
-    scene.duration = read_duration(document, &scene, geometry.as_ref());
+    scene.duration = read_duration(document, &scene, geometry.as_deref());
     if let Some(geometry) = &geometry {
         air.check_gradient(&scene, geometry, &report);
         seclusion::warn(&scene, geometry, &report);
@@ -541,23 +566,6 @@ fn report_leaks(geometry: &Geometry, path: &str, closed: Option<&Entry<'_>>, rep
 /// The key `closed` where it is true.
 fn read_closed<'t>(document: &Table<'t>) -> Option<Entry<'t>> {
     document.get("closed").filter(|entry| entry.flag() == Some(true))
-}
-
-/// Notes materials that cover nothing; in a shoebox one whose name is not that of a side is a mistake.
-fn note_unused(materials: &[Material], walls: &Walls, up: DVec3, report: &Report) {
-    let used: HashSet<u32> = walls.mesh.triangles.iter().map(|triangle| triangle.material).collect();
-    for (_, Material { name, .. }) in (0_u32..).zip(materials).filter(|(index, _)| !used.contains(index)) {
-        let table = format!("materials.{}", quoted_key(name));
-        if walls.is_shoebox() && !is_side(name) {
-            let [floor, ceiling] = if up == DVec3::Y { ["y0", "y1"] } else { ["z0", "z1"] };
-            report.warn(format!(
-                "{table}: covers no side of the shoebox; its sides are x0, x1, y0, y1, z0, z1 (floor {floor}, ceiling {ceiling}), \
-                 and walls for those without a table: rename this table, or remove it"
-            ));
-        } else {
-            report.note(format!("{table}: the material is not used"));
-        }
-    }
 }
 
 /// The duration stated, or at least 1.2 times the largest Sabine time, rounded up to hundredths of a second.

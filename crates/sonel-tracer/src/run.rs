@@ -85,6 +85,8 @@ struct Run<'a> {
 
 /// Packets of the runs before a run that find which energy is usual, at most a chunk: the first without splitting, the second split by the first.
 pub const PILOTS: [u64; 2] = [CHUNK_EMISSIONS / 4, CHUNK_EMISSIONS];
+/// Packets of these that one processor traces at a time.
+const PART: u64 = 32;
 
 impl<'a> Tracer<'a> {
     /// Prepares `scene`, whose walls are `geometry`.
@@ -129,8 +131,12 @@ impl<'a> Tracer<'a> {
         let emissions = Emissions::new(self.scene, center, &settings, layout, &self.classes, &self.leads);
         let run = Run { emissions: &emissions, seed: settings.seed, usual };
         let of_source = |source| {
-            let paths = self.trace_chunk(&run, (source, 0), None).paths;
-            UnderWay::of(source, &paths, &emissions, &self.surroundings.table, self.surroundings.reach)
+            // In parts, which the processors share: all packets are one chunk.
+            let parts = (0..packets.div_ceil(PART)).into_par_iter().map(|part| part * PART);
+            let parts = parts.map(|first| first..packets.min(first + PART));
+            let parts: Vec<_> = parts.map(|part| self.trace_packets(&run, source, part, None)).collect();
+            let paths = parts.iter().flat_map(|part| part.paths.from(part.first_emission));
+            UnderWay::of(source, paths, &emissions, &self.surroundings.table, self.surroundings.reach)
         };
         (0..self.scene.sources.len() as u32).into_par_iter().map(of_source).collect()
     }
@@ -197,7 +203,8 @@ impl<'a> Tracer<'a> {
         let mut groups = sources.flat_map(|source| self.groups(shard).map(move |group| (source, group)));
         let run = Run { emissions: &self.emissions, seed: self.settings.seed, usual: self.usual() };
         let trace = |(source, group): (u32, Range<u64>)| -> Vec<_> {
-            group.into_par_iter().map(|chunk| self.trace_chunk(&run, (source, chunk), known)).collect()
+            let chunks = group.into_par_iter().map(|chunk| self.emissions.layout.emissions(chunk..chunk + 1));
+            chunks.map(|chunk| self.trace_packets(&run, source, chunk, known)).collect()
         };
         let mut total = Ledger::new(self.scene.bands.count());
         let mut first_lost = None;
@@ -241,16 +248,17 @@ impl<'a> Tracer<'a> {
         shard.chunks(self.emissions.layout.chunks())
     }
 
-    fn trace_chunk(
+    /// Traces the packets of a source with some `indices`.
+    fn trace_packets(
         &self,
         Run { emissions, seed, usual }: &Run<'_>,
-        (source, chunk): (u32, u64),
+        source: u32,
+        indices: Range<u64>,
         known: Option<&SonelMap>,
     ) -> TracedChunk {
         let mut records = Records::new(&self.surroundings.table);
         let streams = StreamFamily::new(*seed, Purpose::Packet, [source, 0, 0, 0]);
         let (position, air) = emissions.origin(source);
-        let indices = emissions.layout.emissions(chunk..chunk + 1);
         for index in indices.clone() {
             let direction = emissions.direction(source, index);
             let departure = Departure::free(position.as_vec3());

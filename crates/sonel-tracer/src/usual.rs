@@ -5,7 +5,7 @@
 //! depends on the threshold, so that a short run with other random numbers is enough to find it.
 
 use sonel_acoustics::{BandValues, Lanes, lanes_of};
-use sonel_map::{ChunkPaths, CoefficientTable, Emissions, PathWeight, Segment, sweep};
+use sonel_map::{CoefficientTable, Emissions, PathView, PathWeight, Segment, sweep};
 
 /// Energy of a packet that is split, in means of those under way at its time. Half of it lets twice as many go on.
 const MUCH: f64 = 2.0;
@@ -31,22 +31,23 @@ pub(crate) struct UnderWay {
 }
 
 impl UnderWay {
-    /// Of the packets of `source` in `paths`, with paths of up to `reach` [m].
-    pub(crate) fn of(
+    /// Of packets of `source` on `paths`, which are at most `reach` long [m].
+    pub(crate) fn of<'a>(
         source: u32,
-        paths: &ChunkPaths,
+        paths: impl Iterator<Item = PathView<'a>>,
         emissions: &Emissions,
         table: &CoefficientTable,
         reach: f64,
     ) -> Self {
         let mut found = Self {
             windows_per_length: WINDOWS as f64 / reach,
-            emitted: paths.ends.len() as f64,
+            emitted: 0.0,
             energy: vec![vec![Lanes::ZERO; lanes_of(table.bands())]; WINDOWS],
             packets: vec![0.0; WINDOWS],
         };
         let mut weight = PathWeight::of(table);
-        for path in paths.from(0) {
+        for path in paths {
+            found.emitted += 1.0;
             let unit = emissions.layout.batch_count(emissions.layout.batch(path.emission)) as f64;
             weight.emit(1.0, unit, emissions.start(path.emission));
             sweep(emissions.origin(source), path.vertices, table, &mut weight, |segment| found.pass(segment));

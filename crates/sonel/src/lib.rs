@@ -85,7 +85,6 @@ pub use sonel_drawing as drawing;
 
 pub mod checkup;
 mod coefficients;
-mod count;
 mod error;
 mod feasible;
 pub mod file;
@@ -98,19 +97,18 @@ mod prepared;
 pub mod quantity;
 mod render;
 mod response;
+mod scaled;
 mod scene;
 #[cfg(feature = "sound")]
 pub mod sound;
 mod store;
 pub mod study;
-mod time;
 mod trace;
 mod until;
 mod variants;
 pub mod version;
 
 pub use coefficients::{Coefficients, MaterialKey};
-pub use count::parse_count;
 pub use error::{Error, ParseError, Result};
 pub use map::Map;
 pub use observer::{Clock, Observer, Severity, Silent};
@@ -119,11 +117,11 @@ pub use render::{
     PreparedRendering, Refinement, RenderEffects, RenderOptions, Rendered, VERSION as RENDERER_VERSION,
 };
 pub use response::{Parameters, Response, Surroundings, system};
+pub use scaled::{parse_count, parse_time};
 pub use scene::{Material, Scene, SceneBuilder, check_file};
 #[cfg(feature = "sound")]
 pub use sound::{Axes, Channels, SPACINGS, SoundOptions, microphone, places};
 pub use store::TemporaryMaps;
-pub use time::parse_time;
 pub use trace::{PreparedTrace, TraceOptions, Traced, VERSION as TRACER_VERSION};
 pub use variants::{Alternatives, Variants};
 

@@ -44,10 +44,21 @@ impl Scene {
     /// # Errors
     /// The errors of [`Self::load`].
     pub fn load_text(text: String, path: impl AsRef<Path>, observer: &dyn Observer) -> Result<Self> {
-        let path = path.as_ref();
-        let watch = Watch(observer);
-        let (loaded, files) = with_files(&text, path, watch, sonel_scene::load)?;
-        Self::of(loaded, files, Origin::File { path: path.to_owned(), text }, watch)
+        let (path, watch) = (path.as_ref().to_owned(), Watch(observer));
+        let (loaded, files) = with_files(&text, &path, watch, sonel_scene::load)?;
+        Self::of(loaded, files, Origin::File { path, text }, watch)
+    }
+
+    /// Reads `text` as that of its scene file, with nothing but other sources: walls are not read again.
+    ///
+    /// # Errors
+    /// The errors of [`Self::load`].
+    pub fn with_sources_of(&self, text: String, observer: &dyn Observer) -> Result<Self> {
+        let walls = (&self.compiled, &self.geometry);
+        let reload = |text: &str, label: &str, open: Open<'_>| sonel_scene::reload(text, label, open, walls);
+        let path = self.files.first().cloned().unwrap_or_default();
+        let (loaded, _) = with_files(&text, &path, Watch(observer), reload)?;
+        Self::of(loaded, self.files.clone(), Origin::File { path, text }, Watch(observer))
     }
 
     /// Compiles a scene made in code. Notes and warnings go to `observer`.
@@ -67,7 +78,7 @@ impl Scene {
             watch.say(if defaults.contains(&index) { Severity::Detail } else { Severity::Note }, note)?;
         }
         warnings.iter().try_for_each(|warning| watch.say(Severity::Warning, warning))?;
-        Ok(Self { compiled, geometry: Arc::new(geometry), files, origin })
+        Ok(Self { compiled, geometry, files, origin })
     }
 
     /// Begins a rectangular room with one corner at the origin: inner lengths `size` [m], above 0. Its walls have the material of their name

@@ -6,11 +6,9 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use serde_json::Value;
-use sonel::map::Mode;
-use sonel::rendering::{Estimator, ReceiverPoint};
-use sonel::study::effects::EffectSpec;
+use sonel::{Effects, Estimator, Mode, ReceiverPoint, parse_count};
 use sonel_console::choices::{estimator, mode};
-use sonel_console::count::{numbers, parse_count, parse_rays};
+use sonel_console::count::{numbers, parse_rays};
 use sonel_console::heard::HeardArguments;
 use sonel_console::parse_threads;
 use sonel_console::receiver::parse_receiver;
@@ -230,7 +228,7 @@ pub struct Tradeoff {
     ///
     /// As of sonel-trace: auto, all or none, then changes such as auto,-air.
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
-    pub effects: Option<EffectSpec>,
+    pub effects: Option<Effects>,
 }
 
 /// `sensitivity`.

@@ -1,6 +1,6 @@
 //! Numbers of rays, and several numbers in one word.
 
-pub use sonel::parse_count;
+use sonel::parse_count;
 
 /// Parses a number of rays.
 ///

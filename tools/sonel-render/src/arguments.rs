@@ -6,10 +6,10 @@ use clap::Parser;
 use sonel::study::target;
 use sonel::{
     Air, Audience, Change, Estimator, Grid, ReceiverPoint, RenderEffects, RenderOptions, ShardRange, Targets,
-    parse_time,
+    parse_count, parse_time,
 };
 use sonel_console::choices::estimator;
-use sonel_console::count::{parse_count, parse_rays};
+use sonel_console::count::parse_rays;
 use sonel_console::receiver::parse_receiver;
 use sonel_console::shard::parse_shard;
 use sonel_console::{Common, usable_memory};

@@ -4,9 +4,8 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use sonel::study::target;
-use sonel::{Effects, Mode, ShardRange, Spectral, Targets, TraceOptions, Variants, parse_time};
+use sonel::{Effects, Mode, ShardRange, Spectral, Targets, TraceOptions, Variants, parse_count, parse_time};
 use sonel_console::choices::{mode, spectral};
-use sonel_console::count::parse_count;
 use sonel_console::parse_threads;
 use sonel_console::shard::parse_shard;
 

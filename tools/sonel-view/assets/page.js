@@ -397,7 +397,7 @@ async function follow() {
     byId("move").disabled = !state.can_trace;
     view.canTrace = state.can_trace;
     if (state.share !== null) {
-      wait = isTraced() ? 150 : 30;
+      wait = isTraced() ? 150 : 10;
       const bar = Object.assign(make("progress"), { max: 1, value: state.share });
       bar.setAttribute("aria-label", "progress of the trace");
       byId("job").replaceChildren("Tracing the scene … ", bar);

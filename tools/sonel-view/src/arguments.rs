@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser};
+use sonel::parse_count;
 use sonel::study::criteria::Criterion;
 use sonel_console::Common;
-use sonel_console::count::parse_count;
 use sonel_console::heard::HeardArguments;
 use sonel_console::uncertainty::UncertaintyArguments;
 

@@ -30,7 +30,7 @@ const LAYERS: [&[&str]; 10] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 45] = [
+const HOMES: [(&str, &[&str]); 46] = [
     ("anyhow", &["tools/", "python", "xtask"]),
     ("base64", &["crates/sonel-scene", "tools/sonel-view"]),
     ("bincode", &["crates/sonel-map"]),
@@ -57,6 +57,7 @@ const HOMES: [(&str, &[&str]); 45] = [
     ("libc", &["tools/sonel-console"]),
     ("memmap2", &["crates/sonel-map"]),
     ("obvhs", &["crates/sonel-geometry"]),
+    ("num-complex", &["crates/sonel-diffraction"]),
     ("ply-rs-bw", &["crates/sonel-scene"]),
     ("open", &["tools/sonel-view"]),
     ("plotters", &["crates/sonel-drawing"]),

@@ -18,19 +18,19 @@ fn wedge(angle: f64, length: f64) -> Wedge {
 
 #[test]
 fn sines_of_multiples_are_exact_on_both_sides_of_the_series() {
-    let one = Complex::real(1.0);
+    let one = Complex::from(1.0);
     for size in [1e-12, 1e-3, 0.3, 0.34, 0.36, 1.0, 30.0] {
         for angle in [0.0, -0.25, -0.4, -0.49] {
-            let sine = Complex::unit(angle * PI) * size;
+            let sine = unit(angle * PI) * size;
             let cosine = (one + sine * sine).sqrt();
-            let third = sine * (sine * sine * 4.0 + Complex::real(3.0));
+            let third = sine * (sine * sine * 4.0 + Complex::from(3.0));
             for (index, exact) in [(1.0, sine), (2.0, sine * cosine * 2.0), (3.0, third)] {
                 let found = multiple_sine(index, sine, cosine);
-                assert!((found - exact).modulus() < 3e-8 * exact.modulus(), "{index} {size} {angle}");
+                assert!((found - exact).norm() < 3e-8 * exact.norm(), "{index} {size} {angle}");
             }
             let half = multiple_sine(0.5, sine, cosine);
-            let exact = sine * sine * (cosine + one).inverse() * 0.5;
-            assert!((half * half - exact).modulus() < 3e-8 * exact.modulus(), "{size} {angle}");
+            let exact = sine * sine * (cosine + one).inv() * 0.5;
+            assert!((half * half - exact).norm() < 3e-8 * exact.norm(), "{size} {angle}");
         }
     }
 }
@@ -276,14 +276,14 @@ fn on_the_edge_the_field_is_that_of_the_solid_angle() {
         let way = 10f64.sqrt();
         for k in [2.0, 70.0] {
             let field = path.field(k).into_iter().fold(Complex::ZERO, |a, b| a + b);
-            let waves = Complex::unit(-k * way) * (1.0 / way);
+            let waves = unit(-k * way) * (1.0 / way);
             let lit =
                 [100.0f64, 100.0, 2.0 * degrees - 100.0].iter().filter(|turn| turn.abs() < 180.0).count();
             let total = field + waves * lit as f64;
             assert!(
-                (total.modulus() * way - TAU / angle).abs() < 1e-3,
+                (total.norm() * way - TAU / angle).abs() < 1e-3,
                 "{degrees}° {k}: {}",
-                total.modulus() * way
+                total.norm() * way
             );
         }
     }
@@ -302,7 +302,7 @@ fn everything(angle: f64, source: WedgePoint, receiver: WedgePoint, k: f64) -> C
         let across = source.radius.powi(2) + receiver.radius.powi(2)
             - 2.0 * source.radius * receiver.radius * turn.cos();
         let way = (across + (source.along - receiver.along).powi(2)).sqrt();
-        Complex::unit(-k * way) * (1.0 / way)
+        unit(-k * way) * (1.0 / way)
     };
     let clear = turns.into_iter().filter(|turn| turn.abs() < PI).map(wave);
     path.field(k).into_iter().chain(clear).fold(Complex::ZERO, |a, b| a + b)
@@ -315,7 +315,7 @@ fn an_edge_of_nearly_no_angle_is_a_wall() {
         let (source, receiver) = (at(4.0, 60.0, 0.0), at(3.0, receiver, 1.0));
         for k in [2.0, 70.0] {
             let wall = everything(PI, source, receiver, k);
-            let ridge = |beyond: f64| (everything(PI + beyond, source, receiver, k) - wall).modulus();
+            let ridge = |beyond: f64| (everything(PI + beyond, source, receiver, k) - wall).norm();
             assert!(ridge(2e-8) < 1e-5, "{}: {}", receiver.angle, ridge(2e-8));
             assert!(ridge(2e-2) > 1e-4, "a ridge of a degree is heard: {}", ridge(2e-2));
         }
@@ -329,7 +329,7 @@ fn a_wedge_of_nearly_no_solid_is_a_sheet() {
         let (source, receiver) = (at(4.0, 60.0, 0.0), at(3.0, degrees, 1.0));
         for k in [2.0, 70.0] {
             let sheet = everything(TAU, source, receiver, k);
-            let fold = |less: f64| (everything(TAU - less, source, receiver, k) - sheet).modulus();
+            let fold = |less: f64| (everything(TAU - less, source, receiver, k) - sheet).norm();
             assert!(
                 fold(1e-8) < 1e-5 && fold(1e-2) > fold(1e-8),
                 "{degrees}°: {} {}",
@@ -355,7 +355,7 @@ fn on_the_line_of_an_edge_nothing_arrives_from_it() {
                     Visibility::default(),
                     [1.0, 100.0],
                 );
-                path.field(k).into_iter().fold(Complex::ZERO, |a, b| a + b).modulus()
+                path.field(k).into_iter().fold(Complex::ZERO, |a, b| a + b).norm()
             };
             assert!(field(0.0) < 1e-3 * field(0.1), "{}", field(0.0));
             let growth = (field(1e-4) / field(1e-6)).log10() / 2.0;
@@ -378,7 +378,7 @@ fn an_edge_shorter_than_the_wavelength_fades_with_its_length() {
             Visibility::default(),
             [k, k],
         );
-        path.field(k).into_iter().fold(Complex::ZERO, |a, b| a + b).modulus()
+        path.field(k).into_iter().fold(Complex::ZERO, |a, b| a + b).norm()
     };
     for length in [0.3, 0.03, 0.003] {
         let ratio = loudness(length) / loudness(0.5 * length);
@@ -395,7 +395,7 @@ fn exchange_of_source_and_receiver_changes_nothing() {
     };
     for k in [1.0, 20.0] {
         for (there, back) in path(a, b).field(k).into_iter().zip(path(b, a).field(k)) {
-            assert!((there - back).modulus() < 1e-12 * there.modulus().max(1e-3));
+            assert!((there - back).norm() < 1e-12 * there.norm().max(1e-3));
         }
     }
 }
@@ -417,7 +417,7 @@ proptest::proptest! {
             for term in path.field(k) {
                 proptest::prop_assert!(term.re.is_finite() && term.im.is_finite());
                 // No term is larger than the wave that it completes, but for that of a receiver at the source.
-                proptest::prop_assert!(term.modulus() * way <= 1.5 + 1e-6, "{}", term.modulus() * way);
+                proptest::prop_assert!(term.norm() * way <= 1.5 + 1e-6, "{}", term.norm() * way);
             }
         }
     }

@@ -22,7 +22,7 @@
 use std::f64::consts::PI;
 
 use super::{End, FaceEdge, FaceQuery};
-use crate::complex::Complex;
+use crate::complex::{Complex, root, unit};
 use crate::contour::Integral;
 use crate::edge_path::{EdgePath, Secondary, Visibility};
 use crate::wave_numbers::WaveNumbers;
@@ -33,7 +33,7 @@ const NARROWEST: f64 = 1e-6;
 /// Distance that stands for infinity [widths of the face]: angles differ by a thousandth.
 const FAR: f64 = 1e3;
 /// One.
-pub(super) const ONE: Complex = Complex::real(1.0);
+pub(super) const ONE: Complex = Complex::new(1.0, 0.0);
 
 /// Two edges of a narrow face.
 #[derive(Debug, Clone)]
@@ -84,7 +84,7 @@ impl Narrow {
         let last = self.back.1.as_ref().map(|back| back.shares(numbers));
         let both = first.iter().zip(last.as_ref().unwrap_or(&first));
         let there_and_back = both.zip(numbers.values()).map(|((first, last), k)| {
-            (first[0] * last[0] + first[1] * last[1]) * Complex::unit(-2.0 * k * self.width) * (1.0 / 3.0)
+            (first[0] * last[0] + first[1] * last[1]) * unit(-2.0 * k * self.width) * (1.0 / 3.0)
         });
         let narrowness = |([first, last, both], again): ([Complex; 3], Complex)| Narrowness {
             lacking: both - first * last / (first + last - first * last),
@@ -134,11 +134,11 @@ fn integral(edges: [Secondary; 2], width: f64, range: [f64; 2]) -> Integral<3> {
     let nearest = edges.iter().map(Secondary::nearest).fold(0.5 * PI, f64::min);
     let scale = libm::sin(nearest) * (2.0 * width).sqrt();
     // sinh ½η = t √(−j/2a).
-    let per_t = Complex::new(0.0, -0.5 / width).sqrt();
+    let per_t = root(Complex::new(0.0, -0.5 / width));
     Integral::new(range, scale, |t, weight| {
         let sine = per_t * t;
-        let cosine = (ONE + sine * sine).sqrt();
-        let measure = cosine.inverse() * weight;
+        let cosine = root(ONE + sine * sine);
+        let measure = cosine.inv() * weight;
         let [first, last] = [0, 1].map(|edge| total(&edges[edge], sine, cosine) / most[edge]);
         [first, last, first * last].map(|value| value * measure)
     })

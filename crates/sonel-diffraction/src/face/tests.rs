@@ -81,11 +81,11 @@ fn path([first, second]: [&Wedge; 2], source: DVec3, receiver: DVec3) -> Option<
 
 fn field(path: &FacePath) -> Complex {
     path.amplitudes(&K.into()).into_iter().flatten().flatten().fold(Complex::ZERO, |sum, term| sum + term)
-        * Complex::unit(-K * path.length())
+        * unit(-K * path.length())
 }
 
 fn free(from: DVec3, to: DVec3) -> Complex {
-    Complex::unit(-K * from.distance(to)) * (1.0 / from.distance(to))
+    unit(-K * from.distance(to)) * (1.0 / from.distance(to))
 }
 
 const SOURCE: DVec3 = dvec3(-3.0, 0.2, 0.4);
@@ -109,9 +109,7 @@ fn two_orders_are_what_boundary_elements_say() {
             let (re, im) = exact.pressure(receiver.to_array());
             let exact = free(SOURCE, receiver) + Complex::new(re, im);
             let [once, twice] = Sheet::panel().orders(SOURCE, receiver);
-            let error = |found: Complex| {
-                (found - exact).square_of_modulus() / free(SOURCE, receiver).square_of_modulus()
-            };
+            let error = |found: Complex| (found - exact).norm_sqr() / free(SOURCE, receiver).norm_sqr();
             errors[0] += error(once) / receivers.len() as f64;
             errors[1] += error(once + twice) / receivers.len() as f64;
         }
@@ -129,7 +127,7 @@ fn in_the_plane_two_orders_are_the_free_field() {
         for side in [1e-9, -1e-9] {
             let receiver = place + DVec3::X * side;
             let [once, twice] = Sheet::panel().orders(SOURCE, receiver);
-            let left = (once + twice - free(SOURCE, receiver)).modulus() * SOURCE.distance(receiver);
+            let left = (once + twice - free(SOURCE, receiver)).norm() * SOURCE.distance(receiver);
             assert!(left < 1e-4, "{receiver}: {left}");
         }
     }
@@ -142,7 +140,7 @@ fn exchange_of_source_and_receiver_changes_nothing() {
     for receiver in [dvec3(2.0, 0.5, 1.9), dvec3(0.01, 2.0, 0.5), dvec3(-1.0, 0.0, 0.0)] {
         let there = field(&path([first, second], SOURCE, receiver).unwrap());
         let back = field(&path([second, first], receiver, SOURCE).unwrap());
-        assert!((there - back).modulus() <= 1e-12 * there.modulus(), "{there:?} {back:?}");
+        assert!((there - back).norm() <= 1e-12 * there.norm(), "{there:?} {back:?}");
     }
 }
 
@@ -161,7 +159,7 @@ fn every_field_is_finite() {
         for source in places {
             for receiver in places {
                 let found = path([first, other], source, receiver).map(|path| field(&path));
-                assert!(found.is_none_or(|field| field.modulus().is_finite()), "{source} {receiver}");
+                assert!(found.is_none_or(|field| field.norm().is_finite()), "{source} {receiver}");
             }
         }
     }

@@ -162,7 +162,12 @@ impl<'a> Renderer<'a> {
             // as noisy.
             by_mirrors: !has_lattice,
         };
+        let (edges, sheets) = rayon::join(
+            || if diffracts { edges(scene, geometry) } else { Vec::new() },
+            || settings.estimator.has_rays().then(|| Sheet::all(geometry)),
+        );
         let prepared = Preparation {
+            edges,
             chains: image_chains(geometry, &table, settings.mirror_order),
             levels: table
                 .propagation()
@@ -170,9 +175,8 @@ impl<'a> Renderer<'a> {
                 .filter(|_| settings.estimator.connects_diffuse())
                 .map(|profile| Levels::new(geometry, profile)),
             image_sources: (0..sources).map(|_| OnceLock::new()).collect(),
-            gather: settings.estimator.has_rays().then(|| (Sheet::all(geometry), rays)),
+            gather: sheets.map(|sheets| (sheets, rays)),
             paper: by_paper.then(|| Paper::new(geometry, map.header(), &settings)),
-            edges: if diffracts { edges(scene, geometry) } else { Vec::new() },
             airs,
             carried_air: AirTable::new(&least, bins.reach),
             table,

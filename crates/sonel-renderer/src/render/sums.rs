@@ -39,12 +39,13 @@ impl Renderer<'_> {
         borders: &[Vec<f64>],
     ) -> Result<BatchSums, RenderError> {
         self.check_receivers(receivers)?;
-        let receivers = self.prepare(source, receivers);
+        let (images, receivers) =
+            rayon::join(|| self.image_sources(source), || self.prepare(source, receivers));
         let columns = axes(&receivers).columns();
         let (bins, bands) = (&self.prepared.bins, self.prepared.table.bands());
         let echograms = |count| Deposits::new(count * columns.fine, bins.count, bands);
         let mut rendering = Rendering::new(receivers.len(), columns, bins, bands);
-        rendering.mirror_order = self.image_sources(source).order();
+        rendering.mirror_order = images.order();
         if let Some(modes) = &self.prepared.modes {
             let of_level = |receiver: &PreparedReceiver| {
                 let factors = receiver.boundary.values().zip(&modes.absorbed);

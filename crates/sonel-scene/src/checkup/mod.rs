@@ -10,6 +10,7 @@ mod repaired;
 pub(crate) mod scattering;
 
 use std::io;
+use std::sync::Arc;
 
 pub use repaired::{FIRST_LINE, Repaired};
 
@@ -45,7 +46,7 @@ pub struct Checkup {
     /// The mesh as it is traced, where the walls could be read.
     pub repaired: Option<Repaired>,
     /// The scene and its walls, where nothing is wrong that stops a trace.
-    pub traceable: Option<(Scene, Geometry)>,
+    pub traceable: Option<(Scene, Arc<Geometry>)>,
 }
 
 /// Sizes of a room and its statistical reverberation.
@@ -125,7 +126,7 @@ pub fn check(
     file_label: &str,
     open_mesh: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Checkup, SceneErrors> {
-    Ok(checked(attempt(toml_text, file_label, open_mesh)?))
+    Ok(checked(attempt(toml_text, file_label, open_mesh, None)?))
 }
 
 impl Document {
@@ -147,7 +148,7 @@ fn checked(attempt: Attempt) -> Checkup {
     };
     let repairs = of_kind([NoteKind::Repair, NoteKind::RepairedFault]);
     // Holes are listed one by one.
-    let leak = attempt.geometry.as_ref().map_or(String::new(), leak);
+    let leak = attempt.geometry.as_deref().map_or(String::new(), leak);
     let told = |note: &String| !leak.is_empty() && note.ends_with(&leak);
     faults.extend(of_kind([NoteKind::Fault, NoteKind::RepairedFault]).into_iter().filter(|note| !told(note)));
     let defaults = of_kind([NoteKind::Default; 2]);

@@ -8,6 +8,7 @@ mod shoebox;
 use std::collections::HashSet;
 use std::fmt::Write;
 use std::io;
+use std::sync::Arc;
 
 use glam::DVec3;
 use sonel_geometry::{CellPlace, Departure, Geometry};
@@ -143,8 +144,8 @@ fn tried(
     text: &str,
     path: &str,
     open: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
-) -> Result<(Attempt, Geometry), SceneErrors> {
-    let mut tried = attempt(text, path, open)?;
+) -> Result<(Attempt, Arc<Geometry>), SceneErrors> {
+    let mut tried = attempt(text, path, open, None)?;
     tried.problems.retain(|problem| problem.place.line != 1 || !problem.message.starts_with("sources"));
     match tried.geometry.take().filter(|_| tried.problems.is_empty()) {
         Some(geometry) => Ok((tried, geometry)),

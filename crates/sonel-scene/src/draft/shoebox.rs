@@ -71,8 +71,12 @@ pub fn draft_shoebox(lengths: [f64; 3], options: &DraftOptions<'_>) -> Result<Dr
         let _ = write!(points, "\n[[receivers]]\nname = \"{name}\"\nposition = {position}\n");
     }
     let rest = format!("{walls}{points}");
-    let tried =
-        attempt(&format!("{keys}{rest}"), "shoebox", &mut |_| Err(std::io::ErrorKind::NotFound.into()))?;
+    let tried = attempt(
+        &format!("{keys}{rest}"),
+        "shoebox",
+        &mut |_| Err(std::io::ErrorKind::NotFound.into()),
+        None,
+    )?;
     let Some(geometry) = tried.geometry.filter(|_| tried.problems.is_empty()) else {
         return Err(SceneErrors { problems: tried.problems });
     };

@@ -1,13 +1,16 @@
 //! `mesh`, `mesh_unit`, `mesh_weld`, `mesh_up` or `shoebox`: the walls.
 
+use std::collections::HashSet;
+
 use glam::DVec3;
 use sonel_acoustics::Material;
 use sonel_geometry::Mesh;
 
-use crate::document::{Entry, Table};
+use crate::document::{Entry, Table, quoted_key};
 use crate::formats;
 use crate::mesh_file::{self, FARTHEST, MeshOfFile, Stated};
 use crate::polygon_mesh::PolygonMesh;
+use crate::report::Report;
 use crate::suggest::suggest;
 
 /// Opens a mesh by the path in the scene file, relative to it.
@@ -46,6 +49,24 @@ impl Walls {
     /// Whether they are those of a shoebox.
     pub(crate) fn is_shoebox(&self) -> bool {
         self.unit.is_none()
+    }
+
+    /// Notes materials that cover nothing; in a shoebox one whose name is not that of a side is a mistake.
+    pub(crate) fn note_unused(&self, materials: &[Material], up: DVec3, report: &Report) {
+        let used: HashSet<u32> = self.mesh.triangles.iter().map(|triangle| triangle.material).collect();
+        for (_, Material { name, .. }) in (0_u32..).zip(materials).filter(|(index, _)| !used.contains(index))
+        {
+            let table = format!("materials.{}", quoted_key(name));
+            if self.is_shoebox() && !is_side(name) {
+                let [floor, ceiling] = if up == DVec3::Y { ["y0", "y1"] } else { ["z0", "z1"] };
+                report.warn(format!(
+                    "{table}: covers no side of the shoebox; its sides are x0, x1, y0, y1, z0, z1 (floor {floor}, ceiling {ceiling}), \
+                     and walls for those without a table: rename this table, or remove it"
+                ));
+            } else {
+                report.note(format!("{table}: the material is not used"));
+            }
+        }
     }
 }
 

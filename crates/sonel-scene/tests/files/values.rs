@@ -321,6 +321,29 @@ fn a_scene_made_in_code_is_that_of_its_saved_file() {
     assert!(wrong.starts_with("scene: sources[1].position: "), "{wrong}");
 }
 
+/// Sources that move leave walls where they are, and everything else is as in a scene that is read anew: refusals, too.
+#[test]
+fn walls_of_an_earlier_scene_are_taken_over() {
+    let text = |x: f64, between: f64| {
+        format!(
+            "shoebox = [4, 3, 2]\n[materials.walls]\nabsorption = {between}\n[[sources]]\nposition = [{x}, 1, 1]\n\
+             [[receivers]]\nposition = [2, 2, 1]\n"
+        )
+    };
+    let load = |text: &str| sonel_scene::load(text, "s.toml", &mut |_| panic!("a shoebox has no mesh"));
+    let earlier = load(&text(1.0, 0.2)).unwrap();
+    let reload = |text: &str| {
+        let walls = (&earlier.scene, &earlier.geometry);
+        sonel_scene::reload(text, "s.toml", &mut |_| panic!("nothing is read"), walls)
+    };
+    let moved = reload(&text(3.0, 0.2)).unwrap();
+    assert_eq!(moved.scene, load(&text(3.0, 0.2)).unwrap().scene);
+    assert!(std::sync::Arc::ptr_eq(&moved.geometry, &earlier.geometry));
+    let [outside, anew] = [reload(&text(9.0, 0.2)), load(&text(9.0, 0.2))].map(|wrong| wrong.unwrap_err());
+    assert_eq!(outside.to_string(), anew.to_string());
+    assert_ne!(earlier.scene, moved.scene, "the sources are elsewhere");
+}
+
 #[test]
 fn what_failed_is_compared_with_nothing() {
     let text = "shoebox = [4, 3, 2]\n[materials.walls]\nabsorption = [0.6, 1.2, 0.6, 0.6, 0.6, 0.6, 0.6, 0.6]\n\

@@ -44,7 +44,7 @@ pub(crate) fn serve(
         writeln!(log, "note: no browser can be opened ({error}): open the address yourself")?;
     }
     if session.scene.is_some() {
-        session.trace(session.text());
+        session.trace(session.text(), session.scene());
     }
     http::run(listener, guard, session)?;
     Ok(Outcome::Done)

@@ -30,7 +30,7 @@ fn over(source: (f64, f64), receiver: (f64, f64), width: f64, offset: f64) -> Fa
 
 fn field_at(path: &FacePath, k: f64) -> Complex {
     let amplitudes = path.amplitudes(&k.into()).into_iter().flatten().flatten();
-    amplitudes.fold(Complex::ZERO, |sum, term| sum + term) * Complex::unit(-k * path.length())
+    amplitudes.fold(Complex::ZERO, |sum, term| sum + term) * unit(-k * path.length())
 }
 
 /// Against both lines of secondary sources added up, point by point: deep in the shadow, near the plane of the top at one end and at both, and
@@ -59,8 +59,8 @@ fn two_edges_are_the_sum_of_their_parts() {
                 width,
             };
             let (re, im) = parts.pressure(k);
-            let level = |field: Complex| 20.0 * (field.modulus() / re.hypot(im)).log10();
-            let error = (field_at(&path, k) - Complex::new(re, im)).modulus() / re.hypot(im);
+            let level = |field: Complex| 20.0 * (field.norm() / re.hypot(im)).log10();
+            let error = (field_at(&path, k) - Complex::new(re, im)).norm() / re.hypot(im);
             eprintln!("parts {error}");
             assert!(error < 0.04, "{source:?} {receiver:?} {width} {k}: {error}");
             let product = near_product(source, receiver, width, offset, k);
@@ -82,7 +82,7 @@ fn near_product(source: (f64, f64), receiver: (f64, f64), width: f64, offset: f6
         let path = EdgePath::new(wedge, from, to, [0.0, 2.0 * HALF], Visibility::default(), [0.5, 100.0]);
         path.field(k).into_iter().fold(Complex::ZERO, |sum, term| sum + term)
     };
-    total(&first, from, turned) * total(&second, lights, to) * Complex::unit(k * reach) * (0.5 * reach)
+    total(&first, from, turned) * total(&second, lights, to) * unit(k * reach) * (0.5 * reach)
 }
 
 /// Against boundary elements, which know of no edge: a line source behind a rigid slab 8 m high, over its top and under its
@@ -102,14 +102,13 @@ fn a_slab_shades_as_boundary_elements_say() {
             ];
             let line = |path: &FacePath, share: f64| {
                 let spread = (2.0 * PI * path.length() / k).sqrt() * share;
-                field_at(path, k) * Complex::unit(-0.25 * PI) * spread
+                field_at(path, k) * unit(-0.25 * PI) * spread
             };
             let section = Section { low: [0.0, -HEIGHT], high: [width, 0.0] };
             let (re, im) = section.pressure([-source[0], -source[1]], [width + receiver[0], -receiver[1]], k);
             let exact = Complex::new(re, im);
-            let error = |share: f64| {
-                (line(&ways[0], share) + line(&ways[1], share) - exact).modulus() / exact.modulus()
-            };
+            let error =
+                |share: f64| (line(&ways[0], share) + line(&ways[1], share) - exact).norm() / exact.norm();
             eprintln!("slab {}", error(1.0));
             assert!(error(1.0) < 0.1, "{width} m, k {k}, {source:?}: {}", error(1.0));
             assert!(error(2.0) > 0.5, "the wave along the face counted twice is rejected");
@@ -130,8 +129,8 @@ fn narrow_tops_are_what_all_their_orders_say() {
             let spread = (2.0 * PI / (K * 2.0 * FAR * FAR * FAR)).sqrt();
             let terms = ThickPlate { ka, angles }.directivities(4);
             let exact = terms.into_iter().fold(Complex::ZERO, |sum, (re, im)| sum + Complex::new(re, im));
-            let exact = exact * Complex::unit(-0.25 * PI - K * 2.0 * FAR) * spread;
-            let error = 20.0 * (found.modulus() / exact.modulus()).log10();
+            let exact = exact * unit(-0.25 * PI - K * 2.0 * FAR) * spread;
+            let error = 20.0 * (found.norm() / exact.norm()).log10();
             worst = worst.max(error.abs());
         }
     }
@@ -151,7 +150,7 @@ fn a_barrier_of_no_width_is_a_sheet() {
         for k in [2.0, 9.0, 40.0] {
             let double = field_at(&over((RADIUS, PI + below[0]), (RADIUS, PI + below[1]), 1e-3, 0.0), k);
             let single = thin.field(k).into_iter().fold(Complex::ZERO, |sum, term| sum + term);
-            let error = 20.0 * (double.modulus() / single.modulus()).log10();
+            let error = 20.0 * (double.norm() / single.norm()).log10();
             assert!(error.abs() < 0.3, "{below:?} {k}: {error} dB");
         }
     }
@@ -162,7 +161,7 @@ fn every_field_is_finite_and_fades_into_the_shadow() {
     for width in [1e-3, 0.1, 1.0, 10.0] {
         for k in [1.0, 20.0, 100.0] {
             let [lower, higher] =
-                [4.7, 3.3].map(|angle| field_at(&over((4.0, angle), (4.0, angle), width, 0.3), k).modulus());
+                [4.7, 3.3].map(|angle| field_at(&over((4.0, angle), (4.0, angle), width, 0.3), k).norm());
             assert!(
                 lower.is_finite() && higher.is_finite() && lower < higher,
                 "{width} {k}: {lower} {higher}"
@@ -170,7 +169,7 @@ fn every_field_is_finite_and_fades_into_the_shadow() {
         }
     }
     for (source, receiver) in [((0.0, 0.0), (3.0, 4.0)), ((2.0, 0.0), (2.0, 4.7)), ((2.0, PI), (2.0, PI))] {
-        assert!(field_at(&over(source, receiver, WIDTH, 0.0), 5.0).modulus().is_finite());
+        assert!(field_at(&over(source, receiver, WIDTH, 0.0), 5.0).norm().is_finite());
     }
 }
 
@@ -179,6 +178,6 @@ fn a_barrier_is_the_same_from_both_sides() {
     for k in [2.0, 20.0] {
         let there = field_at(&over((4.0, 4.2), (2.0, 3.9), WIDTH, 1.0), k);
         let back = field_at(&over((2.0, 3.9), (4.0, 4.2), WIDTH, -1.0), k);
-        assert!((there - back).modulus() < 1e-4 * there.modulus(), "{there:?} {back:?}");
+        assert!((there - back).norm() < 1e-4 * there.norm(), "{there:?} {back:?}");
     }
 }

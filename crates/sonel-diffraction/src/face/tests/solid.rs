@@ -117,7 +117,7 @@ fn about_a_box_two_orders_are_what_boundary_elements_say() {
             let mut sum = Complex::ZERO;
             for (error, order) in errors[region].iter_mut().zip(orders_of_box(source, receiver)) {
                 sum += order;
-                *error += (sum - exact).square_of_modulus() / free(source, receiver).square_of_modulus();
+                *error += (sum - exact).norm_sqr() / free(source, receiver).norm_sqr();
             }
             counts[region] += 1.0;
         }

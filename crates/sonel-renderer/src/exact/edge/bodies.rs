@@ -13,7 +13,7 @@ use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::DVec3;
-use sonel_diffraction::Complex;
+use sonel_diffraction::{Complex, unit};
 use sonel_geometry::{Connected, EdgeShape, Geometry, PlaneId, Surface, SurfaceId};
 
 /// Widths per wave from which on edges describe all that a body scatters [1]: 1/1.5. Between 1.2 and 1.8 the error against waves changes by less than
@@ -75,10 +75,10 @@ impl Bodies {
     /// Factor on what the edges and faces of a body scatter at wave number `k` [1/m].
     #[must_use]
     pub(super) fn scattered(&self, body: u32, k: f64) -> Complex {
-        let Some(width) = self.widths.get(body as usize) else { return Complex::real(1.0) };
+        let Some(width) = self.widths.get(body as usize) else { return Complex::from(1.0) };
         let waves = WIDE * width * k / TAU;
         let share = (waves * waves).min(1.0);
-        Complex::unit(FRAC_PI_2 * (1.0 - share)) * share
+        unit(FRAC_PI_2 * (1.0 - share)) * share
     }
 
     /// The walls that bodies stand on, each once.

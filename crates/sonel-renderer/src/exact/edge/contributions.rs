@@ -12,6 +12,8 @@
 //! among 30 random furnished rooms and four shipped ones, four receivers and six bands each: there intervals of 1.96 times that hold in 96 % what
 //! all contributions make of the level, where up to 20 000 of them are computed.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
@@ -70,19 +72,21 @@ pub(super) struct Contribution {
     pub between: usize,
 }
 
-/// All contributions, the greatest first, and how much those still to come may bring.
+/// All contributions, and how much those still to come may bring.
 pub(super) struct Ranked {
-    /// Each with the number of its bounds.
-    contributions: Vec<(Contribution, usize)>,
+    contributions: Vec<Contribution>,
     /// Energy at most, by contribution and band [1/m²].
     bounds: Vec<f64>,
+    /// Numbers of those still to come, the greatest first.
+    to_come: BinaryHeap<(u64, Reverse<usize>)>,
     /// The sum of those still to come per band [1/m²].
     rest: Vec<f64>,
     /// Energy found per band [1/m²].
     found: Vec<f64>,
     /// Sums over those that were computed per band: of energies at most, and in truth [1/m²].
     computed: Vec<[f64; 2]>,
-    next: usize,
+    /// Number of those that were taken.
+    taken: usize,
     /// Number of those that nothing blocks.
     seen: usize,
     /// [`AUDIBLE`] for the share of the batches.
@@ -116,21 +120,10 @@ impl Search<'_> {
         for wave in visible {
             found.iter_mut().zip(&wave.energy).for_each(|(sum, energy)| *sum += 4.0 * PI * energy);
         }
-        let found_from = |from: usize| {
-            let (mut contributions, mut bounds) = (Vec::new(), Vec::new());
-            self.visit(from, |contribution, ends, wedges| {
-                contributions.push(contribution);
-                let is_pair = matches!(contribution.over, Over::Two(_));
-                bounds.extend(self.bounds(ends, wedges, is_pair));
-            });
-            (contributions, bounds)
-        };
         let by_image: Vec<(Vec<Contribution>, Vec<f64>)> =
-            (0..self.from.all.len()).into_par_iter().map(found_from).collect();
+            (0..self.from.all.len()).into_par_iter().map(|from| self.of_image(from)).collect();
         let (contributions, bounds): (Vec<_>, Vec<_>) = by_image.into_iter().unzip();
-        let contributions: Vec<(Contribution, usize)> =
-            contributions.into_iter().flatten().zip(0..).collect();
-        let bounds = bounds.concat();
+        let (contributions, bounds) = (contributions.concat(), bounds.concat());
         let mut rest = vec![0.0; bands];
         let mut loudest = vec![f64::MIN_POSITIVE; bands];
         for bounds in bounds.chunks_exact(bands) {
@@ -144,31 +137,30 @@ impl Search<'_> {
         let is_direct = |one: &Contribution| is_hidden && one.from == 0 && one.to == 0;
         let mut whole = [found.clone(), vec![f64::MIN_POSITIVE; bands]];
         whole[0].iter_mut().zip(&loudest).for_each(|(whole, loudest)| *whole = whole.max(*loudest));
-        for (_, number) in contributions.iter().filter(|(one, _)| is_direct(one)) {
-            let bounds = &bounds[number * bands..];
+        let all = || contributions.iter().zip(bounds.chunks_exact(bands));
+        for (_, bounds) in all().filter(|(one, _)| is_direct(one)) {
             whole[1].iter_mut().zip(bounds).for_each(|(whole, bound)| *whole = whole.max(*bound));
         }
-        let weigh = |(one, number): &(Contribution, usize)| {
+        let weigh = |(one, bounds): (&Contribution, &[f64])| {
             let whole = &whole[usize::from(is_direct(one))];
-            let shares =
-                bounds[number * bands..][..bands].iter().zip(whole).map(|(bound, whole)| bound / whole);
-            let share = shares.sum::<f64>() / bands as f64;
+            let share =
+                bounds.iter().zip(whole).map(|(bound, whole)| bound / whole).sum::<f64>() / bands as f64;
             // An edge cuts an image source off; what two leave out is smaller and costs more.
             if matches!(one.over, Over::Edge(_)) { share } else { OF_TWO * share }
         };
-        let mut weighed: Vec<(f64, (Contribution, usize))> =
-            contributions.into_iter().map(|one| (weigh(&one), one)).collect();
-        // Ties stay in the order in which they were found.
-        weighed.sort_by(|one, other| other.0.total_cmp(&one.0));
-        let contributions = weighed.into_iter().map(|(_, one)| one).collect();
+        // Bits of numbers that are not negative are in the order of the numbers; of equal ones the first counts.
+        let to_come = all().map(weigh).zip(0..).map(|(share, number)| (share.to_bits(), Reverse(number)));
+        let to_come = to_come.collect();
         let (computed, audible) = (vec![[0.0; 2]; bands], AUDIBLE / self.at.share.sqrt().sqrt());
-        Ranked { contributions, bounds, rest, found, computed, next: 0, seen: 0, audible }
+        Ranked { contributions, bounds, to_come, rest, found, computed, taken: 0, seen: 0, audible }
     }
 
-    /// Visits all contributions of an image of the source, with their ends and edges.
-    fn visit(&self, from: usize, mut visit: impl FnMut(Contribution, &Ends<'_>, [&RoomEdge; 2])) {
+    /// All contributions of an image of the source, and the bounds of each.
+    fn of_image(&self, from: usize) -> (Vec<Contribution>, Vec<f64>) {
         let source = &self.from.all[from];
         let order = self.from.order().min(self.to.order()).min(self.at.complete_order);
+        let bands = self.at.attenuation.len();
+        let (mut contributions, mut bounds) = (Vec::new(), Vec::new());
         // Images are sorted by order.
         let images = self.to.all.iter().take_while(|receiver| source.order() + receiver.order() <= order);
         for (to, receiver) in images.enumerate() {
@@ -177,13 +169,23 @@ impl Search<'_> {
                 if reflections <= order
                     && let Some(ends) = self.ends(source, receiver, joined)
                 {
-                    self.over(joined, &ends, [from, to], |over, edges| {
+                    let mut passed = Vec::new();
+                    self.over(joined, &ends, [from, to], |over, edges| passed.push((over, edges)));
+                    let known = bounds.len();
+                    bounds.resize(known + bands * passed.len(), 0.0);
+                    // The processors share even a single image.
+                    let of_each = bounds[known..].par_chunks_exact_mut(bands).zip(&passed);
+                    of_each.with_min_len(AT_ONCE).for_each(|(bounds, (over, edges))| {
                         let both = edges.map(|edge| &self.from.edges.all[edge]);
-                        visit(Contribution { from, to, over, between }, &ends, both);
+                        let found = self.bounds(&ends, both, matches!(over, Over::Two(_)));
+                        bounds.iter_mut().zip(found).for_each(|(bound, found)| *bound = found);
                     });
+                    let all = passed.into_iter().map(|(over, _)| Contribution { from, to, over, between });
+                    contributions.extend(all);
                 }
             }
         }
+        (contributions, bounds)
     }
 
     /// Visits what may be passed between two images, with the first and the last edge.
@@ -288,18 +290,18 @@ impl Ranked {
         if self.seen >= MOST || self.is_enough() {
             return None;
         }
-        let first = self.next;
-        self.next = (first + AT_ONCE).min(self.contributions.len());
-        let next = &self.contributions[first..self.next];
+        let next: Vec<usize> =
+            (0..AT_ONCE).map_while(|_| self.to_come.pop()).map(|(_, next)| next.0).collect();
+        self.taken += next.len();
         let bands = self.rest.len();
-        for (_, number) in next {
+        for number in &next {
             let bounds = &self.bounds[number * bands..];
             for ((rest, bound), computed) in self.rest.iter_mut().zip(bounds).zip(&mut self.computed) {
                 computed[0] += bound;
                 *rest = (*rest - bound).max(0.0);
             }
         }
-        (first < self.next).then(|| next.iter().map(|(contribution, _)| *contribution).collect())
+        (!next.is_empty()).then(|| next.into_iter().map(|number| self.contributions[number]).collect())
     }
 
     /// Notes the `energy` per band of what has been computed [1/m²].
@@ -314,20 +316,20 @@ impl Ranked {
     /// Number of contributions computed.
     #[must_use]
     pub(super) fn computed(&self) -> usize {
-        self.next
+        self.taken
     }
 
     /// Whether the others are expected to change the bands by no more than is audible.
     fn is_enough(&self) -> bool {
         let square = self.left_out().map(|change| change * change).sum::<f64>();
-        self.next >= SURE && square <= self.audible * self.audible * self.rest.len() as f64
+        self.taken >= SURE && square <= self.audible * self.audible * self.rest.len() as f64
     }
 
     /// Standard deviation of what the others change each band by, as a share of its energy: they interfere either way.
     pub(super) fn left_out(&self) -> impl Iterator<Item = f64> + '_ {
         let bands = self.rest.iter().zip(&self.found).zip(&self.computed);
         bands.map(|((rest, found), [most, energy])| {
-            let share = if self.next >= SURE && *most > 0.0 { (energy / most).min(1.0) } else { 1.0 };
+            let share = if self.taken >= SURE && *most > 0.0 { (energy / most).min(1.0) } else { 1.0 };
             let change = || OF_BOUNDS * share.sqrt() * libm::pow(rest / found.max(f64::MIN_POSITIVE), 0.75);
             if *rest > 0.0 { change() } else { 0.0 }
         })

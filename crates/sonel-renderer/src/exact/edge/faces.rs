@@ -137,13 +137,17 @@ impl Joined {
 
     /// With the partners of all edges, but for the pairs `of_faces`.
     fn with_partners(mut self, edges: &[RoomEdge], of_faces: &HashSet<[usize; 2]>) -> Self {
-        let count = 0..edges.len();
-        let from = |one| edges.iter().map(|other| self.shows(one, other)).collect();
-        let shows: Vec<Vec<bool>> = edges.par_iter().map(from).collect();
-        let is_partner =
-            |i: usize, j: usize| i != j && shows[i][j] && shows[j][i] && !of_faces.contains(&[i, j]);
-        self.partners =
-            count.clone().map(|i| count.clone().filter(|&j| is_partner(i, j)).collect()).collect();
+        let is_partner = |i: usize, j: usize| {
+            let both = [&edges[i], &edges[j]];
+            self.shows(both[0], both[1]) && self.shows(both[1], both[0]) && !of_faces.contains(&[i, j])
+        };
+        let later = |i: usize| (i + 1..edges.len()).filter(|&j| is_partner(i, j)).collect();
+        let later: Vec<Vec<usize>> = (0..edges.len()).into_par_iter().map(later).collect();
+        self.partners = vec![Vec::new(); edges.len()];
+        for (i, j) in later.iter().enumerate().flat_map(|(i, later)| later.iter().map(move |&j| (i, j))) {
+            self.partners[i].push(j);
+            self.partners[j].push(i);
+        }
         self
     }
 }

@@ -383,7 +383,7 @@ impl<'a> Field<'a> {
         let amplitude = |cell: &Cell| {
             let energy = wave.factor[cell.band] * libm::exp(-self.attenuation[cell.band] * wave.length);
             let scattered = wave.bodies.iter().map(|body| self.edges.bodies.scattered(*body, cell.k));
-            scattered.fold(Complex::real(energy.sqrt() / wave.length), |product, factor| product * factor)
+            scattered.fold(Complex::from(energy.sqrt() / wave.length), |product, factor| product * factor)
         };
         Wave { length: wave.length, amplitude: self.edges.spectrum.cells().iter().map(amplitude).collect() }
     }

@@ -145,7 +145,7 @@ impl Edges {
 
     /// Whether a body is small beside the longest wave, so that some sound passes it.
     fn is_small(&self, body: u32) -> bool {
-        self.bodies.scattered(body, self.spectrum.range()[0]) != Complex::real(1.0)
+        self.bodies.scattered(body, self.spectrum.range()[0]) != Complex::from(1.0)
     }
 
     /// The wave `found` from a `source`, seen from the `receiver` [m], with its `energy` per band [1/m²].

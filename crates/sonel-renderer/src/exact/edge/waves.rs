@@ -307,9 +307,9 @@ impl<'a> Waves<'a> {
         let edges = self.from.edges;
         let amplitude = |cell: &Cell| {
             let scattered = |body: &u32| edges.bodies.scattered(*body, cell.k);
-            let left = |body: &u32| Complex::real(1.0) - scattered(body);
+            let left = |body: &u32| Complex::from(1.0) - scattered(body);
             let all = own.iter().map(scattered).chain(passed.bodies.iter().map(left));
-            all.fold(Complex::real(through[cell.band]), |product, factor| product * factor)
+            all.fold(Complex::from(through[cell.band]), |product, factor| product * factor)
         };
         let bands = 0..self.at.attenuation.len();
         let gain = bands.map(|band| (radiation.factor(band) * sensitivity).sqrt()).collect();
