@@ -290,6 +290,36 @@ def test_a_measured_array_has_a_channel_for_each_microphone(response, tmp_path):
         response.impulse_responses(hrtf=tmp_path / "room.sofa")
 
 
+def on_a_rigid_sphere(mu, cosine):
+    """Pressure over that of the free wave at the centre, by SciPy's Bessel functions and Legendre polynomials."""
+    m = np.arange(40)[:, None]
+    slope = scipy.special.spherical_jn(m, mu, derivative=True) + 1j * scipy.special.spherical_yn(m, mu, derivative=True)
+    return (1j ** (m + 1) * (2 * m + 1) * scipy.special.eval_legendre(m, -cosine) / (slope * mu**2)).sum(axis=0)
+
+
+def test_microphones_on_a_rigid_sphere_have_its_pressure(tmp_path):
+    """Level and phase against one another, in a room that returns nothing; those of the open array are elsewhere."""
+    angles = np.radians([0.0, 45.0, 90.0, 135.0])
+    places = 0.042 * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    file = sonel.rigid_sphere(tmp_path / "array.sofa", places)
+    scene = sonel.Scene.shoebox([20, 20, 20], 1.0, sources=[14, 10, 10], receivers=[10, 10, 10], duration_s=0.1)
+    free = sonel.trace(scene, packets=50).render(directions=True)
+    spectra = np.fft.rfft(free.impulse_responses(hrtf=file)[0, 0], axis=-1)
+    frequencies = np.fft.rfftfreq(free.impulse_responses(hrtf=file).shape[-1], 1 / RATE)
+    heard = (frequencies > 300) & (frequencies < 12_000)
+    mu = 2 * np.pi * frequencies[heard] * 0.042 / 343
+    expected = np.array([on_a_rigid_sphere(mu, cosine) for cosine in np.cos(angles)])
+    ratio = spectra[1:, heard] / spectra[0, heard] / np.conj(expected[1:] / expected[0])
+    assert np.abs(ratio - 1).max() < 0.06
+    open_array = np.fft.rfft(free.impulse_responses(array=places)[0, 0], axis=-1)[:, heard]
+    assert np.abs(np.abs(open_array[3] / open_array[0]) - np.abs(expected[3] / expected[0])).max() > 0.3
+    for wrong, message in [([[0.1, 0, 0], [0.2, 0, 0]], "one distance"), ([[0.0, 0, 0]], "one distance"), ([1.0], "shape")]:
+        with pytest.raises(sonel.Error, match=message):
+            sonel.rigid_sphere(tmp_path / "other.sofa", wrong)
+    with pytest.raises(sonel.Error, match="exists"):
+        sonel.rigid_sphere(file, places)
+
+
 def test_a_head_with_one_view_is_read_and_one_that_turns_is_refused(response, head, tmp_path):
     def heard(change):
         sofa = sofar.read_sofa(str(head), verbose=False)

@@ -1,5 +1,7 @@
 //! Speed, measured: the benchmarks of the workspace, in release, one after the other.
 
+mod commands;
+
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
@@ -14,10 +16,16 @@ const RAYS: [&str; 2] = ["rays", "target/rays"];
 /// The benchmark of impulse responses against pyroomacoustics; a number of rooms may follow.
 const PEERS: &str = "peers";
 
-/// Runs all benchmarks, that of rays or of impulse responses alone, or only `parts` of that of speed.
+/// The benchmark of commands; folders of other builds may follow.
+const COMMANDS: &str = "commands";
+
+/// Runs all benchmarks, that of rays, of impulse responses or of commands alone, or only `parts` of that of speed.
 pub(crate) fn run(parts: &[String]) -> Result<()> {
     if let Some((PEERS, rooms)) = parts.split_first().map(|(first, rest)| (first.as_str(), rest)) {
         return compare_with_peers(rooms);
+    }
+    if let Some((COMMANDS, others)) = parts.split_first().map(|(first, rest)| (first.as_str(), rest)) {
+        return commands::compare(others);
     }
     let mut command = workspace::cargo(&["bench", "--package", "sonel-tests"]);
     let rays_alone = parts == [RAYS[0]];
@@ -31,7 +39,11 @@ pub(crate) fn run(parts: &[String]) -> Result<()> {
     if rays_alone || parts.is_empty() {
         compare_with_embree()?;
     }
-    if parts.is_empty() { compare_with_peers(&[]) } else { Ok(()) }
+    if !parts.is_empty() {
+        return Ok(());
+    }
+    commands::compare(&[])?;
+    compare_with_peers(&[])
 }
 
 /// Casts the same rays with Embree and prints both rates.

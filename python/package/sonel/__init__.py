@@ -30,6 +30,7 @@ from . import _fit, _input, _rooms, _sonel
 from ._fit import Fit
 from ._rooms import RandomRooms
 from ._sonel import Error, __version__
+from ._sphere import rigid_sphere
 
 if TYPE_CHECKING:
     import pandas
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Error", "Fit", "Map", "RandomRooms", "Response", "Scene", "__version__", "check", "dataset", "fit", "library", "random_rooms", "trace"]
+__all__ = ["Error", "Fit", "Map", "RandomRooms", "Response", "Scene", "__version__", "check", "dataset", "fit", "library", "random_rooms", "rigid_sphere", "trace"]
 
 _Path = Union[str, "os.PathLike[str]"]
 _Progress = Union[None, bool, Callable[[str, float], object]]
