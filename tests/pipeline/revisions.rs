@@ -1,7 +1,10 @@
-//! Paths and echograms change only with their revision: digests of short runs that use every effect.
+//! Paths and echograms change only with their revision: digests of short runs that use every effect, and of random buildings.
 
+use sonel_echogram::Response;
+use sonel_geometry::Geometry;
 use sonel_map::{Mode, Settings, SonelMap, Spectral};
 use sonel_renderer::{Estimator, RenderSettings};
+use sonel_tests::buildings::{Building, Place};
 use sonel_tests::{Traced, shipped};
 
 /// A run and the digests of its paths and its echograms.
@@ -50,6 +53,10 @@ const RUNS: [Run; 4] = [
     },
 ];
 
+/// Random buildings that are digested together, and their digests: what a change does to a rare arrangement alone shows there.
+const BUILDINGS: u64 = 30;
+const OF_BUILDINGS: [&str; 2] = ["df0aec32fdf5b76c", "909d096d183371f3"];
+
 impl Run {
     /// The digests that it has now.
     fn digests(&self) -> [String; 2] {
@@ -60,18 +67,49 @@ impl Run {
         let settings = Settings { emissions, mode, spectral, survival, batches: 4, ..Settings::default() };
         let traced = Traced::with(self.effects, scene, settings);
         let settings = RenderSettings { rays: Some(256), bin: 0.01, ..RenderSettings::of(self.estimator) };
-        let response = traced.respond(settings);
-        let mut echograms = blake3::Hasher::new();
-        for energy in response.energy.iter().chain(&response.arrivals.energy) {
-            echograms.update(&energy.to_le_bytes());
-        }
-        [paths(&traced.map), echograms.finalize().to_hex()[..16].to_owned()]
+        let mut digests = [(); 2].map(|()| blake3::Hasher::new());
+        add_paths(&mut digests[0], &traced.map);
+        add_echograms(&mut digests[1], &traced.respond(settings));
+        digests.map(|digest| short(&digest))
     }
 }
 
-/// Digest of all vertices and of the ledger.
-fn paths(map: &SonelMap) -> String {
-    let mut digest = blake3::Hasher::new();
+/// The digests of the buildings now.
+fn digests_of_buildings() -> [String; 2] {
+    let mut digests = [(); 2].map(|()| blake3::Hasher::new());
+    let mut heard = 0;
+    for seed in 0..BUILDINGS {
+        let mut building = Building::with_free_ends(seed);
+        let geometry = Geometry::build(building.mesh.clone()).expect("a building has walls");
+        let is_air = |place: &Place| geometry.check_place(place.position, &[]).is_ok();
+        let places = (0..building.rooms.len()).filter_map(|room| building.place(room));
+        let places: Vec<Place> = places.filter(is_air).take(3).collect();
+        let places = places.split_first().filter(|(_, receivers)| !receivers.is_empty());
+        let Some((source, receivers)) = places else { continue };
+        let settings = Settings { emissions: 32, batches: 4, seed, ..Settings::default() };
+        let traced = Traced::diffracting(building.scene(source.position, receivers, 0.1), settings);
+        let settings =
+            RenderSettings { mirror_order: Some(2), rays: Some(64), bin: 0.01, ..RenderSettings::default() };
+        add_paths(&mut digests[0], &traced.map);
+        add_echograms(&mut digests[1], &traced.respond(settings));
+        heard += receivers.len();
+    }
+    assert!(heard > BUILDINGS as usize, "{heard} receivers");
+    digests.map(|digest| short(&digest))
+}
+
+fn short(digest: &blake3::Hasher) -> String {
+    digest.finalize().to_hex()[..16].to_owned()
+}
+
+fn add_echograms(digest: &mut blake3::Hasher, response: &Response) {
+    for energy in response.energy.iter().chain(&response.arrivals.energy) {
+        digest.update(&energy.to_le_bytes());
+    }
+}
+
+/// Adds all vertices and the ledger.
+fn add_paths(digest: &mut blake3::Hasher, map: &SonelMap) {
     for source in 0..map.header().scene.sources.len() as u32 {
         for emission in 0..map.layout().total {
             let path = map.path(source, emission).expect("a whole map");
@@ -81,13 +119,12 @@ fn paths(map: &SonelMap) -> String {
     for term in map.ledger().bands.iter().flat_map(|band| band.terms()) {
         digest.update(&term.to_le_bytes());
     }
-    digest.finalize().to_hex()[..16].to_owned()
 }
 
 #[test]
 fn paths_and_echograms_change_with_their_revisions_alone() {
-    let found: Vec<[String; 2]> = RUNS.iter().map(Run::digests).collect();
-    let kept = RUNS.map(|run| run.digests);
+    let found = RUNS.iter().map(Run::digests).chain([digests_of_buildings()]).collect::<Vec<_>>();
+    let kept: Vec<_> = RUNS.iter().map(|run| run.digests).chain([OF_BUILDINGS]).collect();
     for (number, what) in
         ["paths (sonel_tracer::REVISION)", "echograms (sonel_renderer::REVISION)"].iter().enumerate()
     {
