@@ -117,7 +117,7 @@ fn rows() -> Result<Vec<Row>> {
         Row {
             name: "hall, render at all seats",
             before: vec![trace("hall")],
-            timed: vec![render(" --audience seats --spacing 0.8")],
+            timed: vec![render(" --audience seats --spacing 1.3")],
             file: Some(format!("{FOLDER}/a.npz")),
         },
         Row {
