@@ -50,6 +50,11 @@ def rigid_sphere(path: str | os.PathLike[str], microphones: ArrayLike, *, sample
     -------
     Path
         The path of the file.
+
+    Raises
+    ------
+    Error
+        When the microphones are not at one distance from the centre, the file exists, or the package sofar is missing.
     """
     path = Path(path)
     places = np.asarray(microphones, dtype=float)
