@@ -250,10 +250,12 @@ impl Session {
     fn follow_trace(&self, text: &str, earlier: Option<Arc<Scene>>, newest: &Newest) -> sonel::Result<()> {
         let path = self.scene.as_deref().expect("only a scene is traced");
         let follower = Tracing { session: self, newest };
+        let read = || Scene::load_text(text.to_owned(), path, &Silent);
         let scene = match earlier {
             Some(earlier) if earlier.to_toml() == text => earlier,
-            Some(earlier) => Arc::new(earlier.with_sources_of(text.to_owned(), &Silent)?),
-            None => Arc::new(Scene::load_text(text.to_owned(), path, &Silent)?),
+            // Between two faces of a partition is air where a source stands: only a scene that is read anew has it.
+            Some(earlier) => Arc::new(earlier.with_sources_of(text.to_owned(), &Silent).or_else(|_| read())?),
+            None => Arc::new(read()?),
         };
         // How long the room rings takes a run of its own: the first map lasts as long as the last one, or as Sabine says.
         let last = self.locked().map.as_ref().map(|map| map.sonels().header().scene.duration);
