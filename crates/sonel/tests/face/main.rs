@@ -215,3 +215,43 @@ fn a_scene_made_in_code_has_the_map_of_its_file() {
     assert!(made.save(folder.path("room")).unwrap_err().to_string().contains("exists: delete it first"));
     assert!(made.check().expect("a scene").problems.is_empty());
 }
+
+/// Random places of the first source of every shipped scene: with the walls of the scene as it was, and read anew, it is the same scene with the
+/// same map, or refused alike.
+#[test]
+fn a_scene_whose_source_moves_is_the_one_that_is_read_anew() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let mut random = sonel_testkit::uniform::Uniform::new(1);
+    let (mut moved, mut refused) = (0, 0);
+    let scenes = std::fs::read_dir(folder).expect("the scenes");
+    let mut paths: Vec<_> = scenes.map(|scene| scene.expect("a scene").path().join("scene.toml")).collect();
+    paths.sort();
+    for path in paths {
+        let before = Scene::load(&path, &Silent).expect("a valid scene");
+        let (low, high) = before.geometry().bounds();
+        for _ in 0..6 {
+            let at = [0, 1, 2].map(|axis| random.between(low[axis], high[axis]));
+            let text = before.to_toml();
+            let source = text.find("[[sources]]").expect("sources");
+            let begin = source + text[source..].find("position = [").expect("a position");
+            let end = begin + text[begin..].find(']').expect("a list");
+            let text = format!("{}position = {at:?}{}", &text[..begin], &text[end + 1..]);
+            let kept = before.with_sources_of(text.clone(), &Silent);
+            match (kept, Scene::load_text(text, &path, &Silent)) {
+                (Ok(kept), Ok(anew)) => {
+                    assert!(kept.compiled() == anew.compiled() && kept.files() == anew.files(), "{at:?}");
+                    let few = TraceOptions { duration: Some(0.1), ..options(32) };
+                    let digest = |scene: &Scene| scene.trace(&few, &Silent).expect("a map").map.digest();
+                    assert_eq!(digest(&kept), digest(&anew), "{} {at:?}", path.display());
+                    moved += 1;
+                }
+                (Err(kept), Err(anew)) => {
+                    assert_eq!(format!("{kept:#}"), format!("{anew:#}"));
+                    refused += 1;
+                }
+                (kept, anew) => panic!("{} {at:?}: {kept:?}, anew {anew:?}", path.display()),
+            }
+        }
+    }
+    assert!(moved > 50 && refused > 0, "{moved} moved, {refused} refused");
+}
