@@ -1,5 +1,6 @@
 //! Renderings of a map that become more certain.
 
+use sonel_map::Settings;
 use sonel_renderer::ReceiverPoint;
 
 use super::{RenderOptions, Rendered};
@@ -7,8 +8,12 @@ use crate::{Map, Observer, Result};
 
 /// Batches of the map over those of the first rendering: four of 32, the fewest whose spread gives an interval.
 const FIRST: u32 = 8;
+/// Packets of the first rendering at the least. With 64 of 512 (60 seeds, hall, church, office) intervals of T30 held in 84, 93, 74 % where there were
+/// any, with 256 in 93, 93, 91 %.
+const LEAST: u64 = 256;
 
-/// Renderings of the same receivers, each of twice the batches of the one before: the first of an eighth, the last of the whole map.
+/// Renderings of the same receivers, each of twice the batches of the one before: the first of an eighth that has packets enough for intervals to
+/// hold, the last of the whole map.
 ///
 /// Each step goes on from the batches of the one before, for up to 64 receivers. What is deterministic, image sources and edges, it finds anew.
 pub struct Refinement<'a> {
@@ -36,7 +41,9 @@ impl Map {
     /// Numbers of batches of a [`Refinement`], ascending.
     #[must_use]
     pub fn refinement_steps(&self) -> Vec<u32> {
-        steps(self.sonels().header().settings.batches)
+        let Settings { batches, emissions, .. } = self.sonels().header().settings;
+        let is_enough = |step: &u32| u64::from(*step) * emissions >= LEAST * u64::from(batches);
+        steps(batches).into_iter().filter(|step| *step == batches || is_enough(step)).collect()
     }
 }
 
