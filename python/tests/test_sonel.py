@@ -174,10 +174,12 @@ def test_other_packages_get_arrays_with_their_coordinates(response):
 
 def test_renderings_are_refined(room, mapped, tmp_path):
     refined = list(room.refine(SEATS))
+    # A quarter of the map has not packets enough for intervals that hold.
+    assert len(refined) == 2
     np.testing.assert_array_equal(refined[-1].energy, room.render(SEATS).energy)
     seats = [f"--receiver={name}={x},{y},{z}" for name, (x, y, z) in SEATS.items()]
-    run("sonel-render", mapped, "-o", tmp_path / "a.npz", "--quiet", *seats, "--batches", 8)
-    refined[1].save(tmp_path / "b.npz")
+    run("sonel-render", mapped, "-o", tmp_path / "a.npz", "--quiet", *seats, "--batches", 16)
+    refined[0].save(tmp_path / "b.npz")
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
     with pytest.raises(sonel.Error, match="has 32 batches"):
         room.render(SEATS, batches=33)
