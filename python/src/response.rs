@@ -241,6 +241,28 @@ impl Response {
 /// Order of ambisonics and whether they have the aim's axes, a SOFA file, an array.
 type Given = (Option<(u32, bool)>, Option<Vec<u8>>, Option<Vec<Receiver>>);
 
+/// What is made, without Python, of a response in the channels that are given.
+fn in_channels(
+    py: Python<'_>,
+    (order, head, array): Given,
+    sample_rate_hz: u32,
+    make: impl FnOnce(Channels<'_>, &dyn Observer) -> sonel::Result<Vec<Vec<Vec<f32>>>> + Send + 'static,
+) -> PyResult<Vec<Vec<Vec<f32>>>> {
+    let array = array.map(microphones).transpose()?;
+    silent_work(py, move |observer: &dyn Observer| {
+        let head = head.map(|file| Head::read(&file, sample_rate_hz)).transpose()?;
+        let channels = match (order, &head, &array) {
+            (Some((order, aim)), _, _) => {
+                Channels::Ambisonics(order, if aim { Axes::Aim } else { Axes::Scene })
+            }
+            (None, Some(head), _) => Channels::Ears(head),
+            (None, None, Some(microphones)) => Channels::Array(microphones),
+            (None, None, None) => Channels::Single,
+        };
+        make(channels, observer)
+    })
+}
+
 #[pymethods]
 impl Response {
     /// The response in a file.
@@ -295,32 +317,21 @@ impl Response {
         within: Option<f64>,
     ) -> PyResult<Array> {
         let options = SoundOptions { seed, sample_rate_hz, within };
-        let (order, head, array) = channels;
-        let array = array.map(microphones).transpose()?;
         let response = Arc::clone(&self.response);
-        let all = silent_work(py, move |observer: &dyn Observer| {
-            let head = head.map(|file| Head::read(&file, sample_rate_hz)).transpose()?;
-            let channels = match (order, &head, &array) {
-                (Some((order, aim)), _, _) => {
-                    Channels::Ambisonics(order, if aim { Axes::Aim } else { Axes::Scene })
-                }
-                (None, Some(head), _) => Channels::Ears(head),
-                (None, None, Some(microphones)) => Channels::Array(microphones),
-                (None, None, None) => Channels::Single,
-            };
+        let all = in_channels(py, channels, sample_rate_hz, move |channels, observer| {
             response.impulse_responses(channels, options, observer)
         })?;
         Ok(Self::samples(&[self.echograms().sources(), self.echograms().receivers()], all))
     }
 
     /// What a listener hears of a `signal` of f64 in bytes along a path of times and positions: [S, channels, samples].
-    #[pyo3(signature = (route, signal, channels=(None, None), seed=None, sample_rate_hz=48_000))]
+    #[pyo3(signature = (route, signal, channels=(None, None, None), seed=None, sample_rate_hz=48_000))]
     fn walk(
         &self,
         py: Python<'_>,
         route: (Vec<[f64; 4]>, f64),
         signal: &[u8],
-        channels: (Option<u32>, Option<Vec<Receiver>>),
+        channels: Given,
         seed: Option<u64>,
         sample_rate_hz: u32,
     ) -> PyResult<Array> {
@@ -328,15 +339,8 @@ impl Response {
         let (path, spacing) = (path(route.0)?, route.1);
         let signal: Vec<f32> =
             signal.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes) as f32).collect();
-        let (order, array) = channels;
-        let array = array.map(microphones).transpose()?;
         let response = Arc::clone(&self.response);
-        let all = silent_work(py, move |observer: &dyn Observer| {
-            let channels = match (order, &array) {
-                (Some(order), _) => Channels::Ambisonics(order, Axes::Scene),
-                (None, Some(microphones)) => Channels::Array(microphones),
-                (None, None) => Channels::Single,
-            };
+        let all = in_channels(py, channels, sample_rate_hz, move |channels, observer| {
             let of_source = |s| {
                 let mut heard: Vec<Vec<f32>> = Vec::new();
                 response.walk((s, &path, spacing), channels, &signal, options, observer, |_, section| {

@@ -18,12 +18,14 @@ const BLOCK: usize = 64;
 
 /// The responses of a head as spectra.
 pub(crate) struct Ears<'h> {
-    head: &'h Head,
+    pub(crate) head: &'h Head,
     transform: Transform,
     /// Left and right ear, or every microphone, for each direction of the head, without delays.
     spectra: Vec<Vec<Spectrum>>,
     /// Samples before a pulse at which its responses may begin.
-    lead: usize,
+    pub(crate) lead: usize,
+    /// Samples behind it at which they end.
+    pub(crate) end: usize,
 }
 
 impl<'h> Ears<'h> {
@@ -34,7 +36,8 @@ impl<'h> Ears<'h> {
         let ends = responses().map(|response| {
             response.delay.ceil() as usize + response.taps.len().saturating_add_signed(response.first)
         });
-        let transform = Transform::new((lead + BLOCK + ends.max().unwrap_or(0)).next_power_of_two());
+        let end = ends.max().unwrap_or(0);
+        let transform = Transform::new((lead + BLOCK + end).next_power_of_two());
         let spectrum = |response: &Aligned| {
             let mut signal = transform.silence();
             let places = signal.len();
@@ -44,12 +47,13 @@ impl<'h> Ears<'h> {
             transform.spectrum(signal)
         };
         let spectra = head.responses().iter().map(|ears| ears.iter().map(spectrum).collect()).collect();
-        Self { head, transform, spectra, lead }
+        Self { head, transform, spectra, lead, end }
     }
 
-    /// Sum at one ear of pulses with their times [samples], gains and weights of directions, in ascending order of times: the number of its first sample, and
-    /// the samples from there on.
-    pub(crate) fn sum(&self, ear: usize, pulses: &[(f64, f64, &Weights)]) -> (isize, Vec<f64>) {
+    /// Sum at one ear of pulses with their times [samples], gains and weights of directions: the number of its first sample, and the samples from
+    /// there on.
+    pub(crate) fn sum(&self, ear: usize, mut pulses: Vec<(f64, f64, &Weights)>) -> (isize, Vec<f64>) {
+        pulses.sort_by(|a, b| a.0.total_cmp(&b.0));
         let block = |pulse: &(f64, f64, &Weights)| (pulse.0 / BLOCK as f64).floor() as isize;
         let begin = |number: isize| number * BLOCK as isize - self.lead as isize;
         let Some(first) = pulses.first().map(block) else { return (0, Vec::new()) };
@@ -58,9 +62,8 @@ impl<'h> Ears<'h> {
         for together in pulses.chunk_by(|a, b| block(a) == block(b)) {
             let number = block(&together[0]);
             let mut spectrum = vec![Complex::ZERO; turns.len()];
-            for &(at, gain, &weights) in together {
-                let at = at - begin(number) as f64 + self.head.delay(&weights, ear);
-                self.turn(&mut turns, at);
+            for &(at, gain, weights) in together {
+                self.turn(&mut turns, at - begin(number) as f64 + self.head.delay(weights, ear));
                 let [one, two, three] = weights.map(|(index, _)| &self.spectra[index][ear]);
                 let [of_one, of_two, of_three] = weights.map(|(_, weight)| gain * weight);
                 for (((sum, turn), one), (two, three)) in
@@ -71,7 +74,7 @@ impl<'h> Ears<'h> {
             }
             let place = (begin(number) - begin(first)) as usize;
             let signal = self.transform.signal(spectrum);
-            sum.resize(place + signal.len(), 0.0);
+            sum.resize(sum.len().max(place + signal.len()), 0.0);
             sum[place..].iter_mut().zip(signal).for_each(|(sum, value)| *sum += value);
         }
         (begin(first), sum)
@@ -96,7 +99,7 @@ impl Head {
     /// when sound would arrive at the centre of the head.
     #[must_use]
     pub fn response(&self, u: DVec3, ear: usize) -> Vec<f64> {
-        let (begin, samples) = Ears::new(self).sum(ear, &[(0.0, 1.0, &self.weights(u))]);
+        let (begin, samples) = Ears::new(self).sum(ear, vec![(0.0, 1.0, &self.weights(u))]);
         samples.into_iter().skip((-begin).max(0) as usize).collect()
     }
 }

@@ -70,6 +70,13 @@ impl Table {
         (first, std::array::from_fn(|index| before[index] + share * (after[index] - before[index])))
     }
 
+    /// The pulse of the table that is nearest to one `at` a time: off by at most 1/1024 of a sample.
+    #[must_use]
+    pub fn nearest(&self, at: f64) -> (isize, &[f64; 2 * HALF]) {
+        let (first, before, after, share) = self.around(at);
+        (first, if share < 0.5 { before } else { after })
+    }
+
     /// A signal at the time `at` [samples], which lies [`HALF`] samples or more within it.
     #[must_use]
     pub fn read(&self, signal: &[f64], at: f64) -> f64 {

@@ -94,6 +94,12 @@ impl Head {
         &self.responses
     }
 
+    /// The response at a microphone for the unit vector `u`: x front, y left, z up.
+    pub(crate) fn between(&self, u: DVec3, microphone: usize) -> Aligned {
+        let around = self.weights(u);
+        Aligned::mean(around.iter().map(|(index, weight)| (*weight, &self.responses[*index][microphone])))
+    }
+
     /// Delay of these weights at a microphone [samples]. Silent responses have none.
     pub(crate) fn delay(&self, weights: &Weights, microphone: usize) -> f64 {
         let heard = weights.iter().map(|(index, weight)| (weight, &self.responses[*index][microphone]));

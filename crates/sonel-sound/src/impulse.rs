@@ -7,6 +7,7 @@
 //! |P|² does not depend on the rate. To convert a response to another rate like a recording changes it by the ratio of the rates: 9.5 dB from 48 to
 //! 16 kHz. So it is made at the rate that is wanted; bands above half of it are left out.
 
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
@@ -15,22 +16,22 @@ use rayon::prelude::*;
 use realfft::num_complex::Complex;
 use sonel_echogram::Response;
 
-use crate::ambisonics::{Axes, Frame, channels};
+use crate::ambisonics::Frame;
 use crate::crossover::Crossover;
-use crate::ears::Ears;
 use crate::fractional::Table;
-use crate::head::{self, Head};
-use crate::microphones::{self, Microphone};
-use crate::plane_waves::{PlaneWave, PlaneWaves};
+use crate::plane_waves::{self, PlaneWave, PlaneWaves};
 use crate::pulses::Pulses;
-use crate::transform::{Spectrum, Transform, through};
-use crate::{SAMPLE_RATE_HZ, SoundError, fractional};
+use crate::spots::{Channels, Spot};
+use crate::transform::{Spectrum, Transform, fast, through};
+use crate::{SAMPLE_RATE_HZ, SoundError, fractional, head, microphones};
 
 /// How impulse responses are made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SoundSettings {
     /// Volume of a closed room, from which the echo density follows [m³]; none in the open.
     pub volume: Option<f64>,
+    /// Unit vector up in the axes of the scene, for ambisonics and ears.
+    pub up: DVec3,
     /// Another seed gives other signs, times and directions of the waves.
     pub seed: u64,
     /// Samples per second, one of [`crate::SAMPLE_RATES_HZ`].
@@ -41,7 +42,7 @@ pub struct SoundSettings {
 
 impl Default for SoundSettings {
     fn default() -> Self {
-        Self { volume: None, seed: 1, sample_rate_hz: SAMPLE_RATE_HZ, within: None }
+        Self { volume: None, up: DVec3::Z, seed: 1, sample_rate_hz: SAMPLE_RATE_HZ, within: None }
     }
 }
 
@@ -57,8 +58,10 @@ pub struct Synthesizer<'a> {
     /// Silence about the response in which the filters of bands ring behind those of a head [samples]: 0.17 s.
     pub(crate) padding: usize,
     crossover: Crossover,
-    /// Waves of every source that reach its receivers, drawn when they are first needed. [S]
-    waves: Vec<OnceLock<Vec<PlaneWave>>>,
+    /// What spreads waves, at every frequency.
+    dispersion: Spectrum,
+    /// Waves that reach the receivers, drawn when they are first needed.
+    waves: OnceLock<Vec<PlaneWave>>,
     pub(crate) table: Table,
     pub(crate) transform: Transform,
     step: Step<'a>,
@@ -75,14 +78,25 @@ impl<'a> Synthesizer<'a> {
         let end = response.time_edges_s.last().copied().unwrap_or(0.0);
         let samples = libm::round(end.max(0.0) * rate) as usize + 1;
         let padding = 2 * head::longest(settings.sample_rate_hz);
-        let length = (samples + 2 * padding).next_power_of_two();
+        let length = fast(samples + 2 * padding);
         let (step_hz, count) = (rate / length as f64, length / 2 + 1);
         let crossover = Crossover::new(&response.center_frequency_hz, step_hz, count);
-        let waves = vec![OnceLock::new(); response.sources()];
+        let dispersion = plane_waves::dispersion(step_hz, count);
         let transform = Transform::new(length);
         let table = Table::new();
         let step = &|| ControlFlow::Continue(());
-        Self { response, settings, samples, padding, crossover, waves, table, transform, step }
+        Self {
+            response,
+            settings,
+            samples,
+            padding,
+            crossover,
+            dispersion,
+            waves: OnceLock::new(),
+            table,
+            transform,
+            step,
+        }
     }
 
     /// Calls `step` many times a second; its break ends the work with [`SoundError::Stopped`].
@@ -100,101 +114,89 @@ impl<'a> Synthesizer<'a> {
     /// # Errors
     /// When listed arrivals are not part of the echogram.
     pub fn impulse_response(&self, s: usize, r: usize) -> Result<Vec<f32>, SoundError> {
+        Ok(self.heard((s, r), Channels::Single)?.swap_remove(0))
+    }
+
+    /// The same in all channels. Channel 0 of ambisonics is the impulse response itself. At ears every pulse goes through the responses of its
+    /// direction, between the measured ones around it.
+    ///
+    /// # Errors
+    /// The errors of [`Self::impulse_response`], those of [`microphones::check`], and when a microphone is where a source is, or there are no
+    /// directions that are needed.
+    pub fn heard(&self, (s, r): (usize, usize), channels: Channels<'_>) -> Result<Vec<Vec<f32>>, SoundError> {
+        let spots = Spot::all(self.response, channels)?;
+        let frame = channels.frame(self.response, r as f64, self.settings.up);
         let pulses = self.pulses((s, r))?;
-        self.with_gains(&pulses, |_| 1.0)
-    }
-
-    /// The same at every microphone of an array about the receiver. Late sound of a response with directions reaches them from those.
-    ///
-    /// # Errors
-    /// The errors of [`Self::impulse_response`], and those of [`microphones::check`] and [`microphones::displaced`].
-    pub fn array(&self, (s, r): (usize, usize), array: &[Microphone]) -> Result<Vec<Vec<f32>>, SoundError> {
-        microphones::check(self.response, array)?;
-        let pulses = self.pulses((s, r))?;
-        let of_microphone = |microphone: &Microphone| {
-            let pulses = microphones::displaced(&pulses, microphone, self.response.speed_of_sound)?;
-            self.with_gains(&pulses, |_| 1.0)
+        let at_spot = |spot: &Spot<'_>| {
+            let own = match spot {
+                Spot::Microphone(own) => microphones::displaced(&pulses, own, self.response.speed_of_sound)?,
+                _ => Cow::Borrowed(&pulses),
+            };
+            self.spectra(spot, &own, &frame, |spectrum| self.pressure(spectrum))
         };
-        array.iter().map(of_microphone).collect()
+        let all = spots.par_iter().map(at_spot).collect::<Result<Vec<_>, SoundError>>()?;
+        Ok(all.into_iter().flatten().collect())
     }
 
-    /// The same in ambisonics up to `order`, at most [`crate::ambisonics::MOST_ORDER`], in these `axes` with `up` a unit vector. Channel 0 is
-    /// the impulse response itself.
-    ///
-    /// # Errors
-    /// The errors of [`Self::impulse_response`], and one where the response has no directions.
-    pub fn ambisonics(
+    /// What `take` makes of the spectrum of every channel of a spot at which these pulses arrive.
+    pub(crate) fn spectra<T>(
         &self,
-        (s, r): (usize, usize),
-        order: u32,
-        (axes, up): (Axes, DVec3),
-    ) -> Result<Vec<Vec<f32>>, SoundError> {
-        let (pulses, frame) = self.directed_pulses((s, r), (axes, up))?;
-        let gains: Vec<Vec<f64>> = pulses.direction.iter().map(|u| frame.gains(order, *u)).collect();
-        (0..channels(order)).map(|channel| self.with_gains(&pulses, |pulse| gains[pulse][channel])).collect()
-    }
-
-    /// The same at the left and the right ear of a `head` that looks along [`Axes::Aim`], with `up` a unit vector: every pulse through the responses of
-    /// its direction, between the measured ones around it.
-    ///
-    /// # Errors
-    /// The errors of [`Self::ambisonics`].
-    pub fn binaural(
-        &self,
-        (s, r): (usize, usize),
-        head: &Head,
-        up: DVec3,
-    ) -> Result<Vec<Vec<f32>>, SoundError> {
-        let (pulses, frame) = self.directed_pulses((s, r), (Axes::Aim, up))?;
-        let weights: Vec<_> = pulses.direction.par_iter().map(|u| head.weights(frame.local(*u))).collect();
-        let ears = Ears::new(head);
-        let at_ear = |ear: usize| {
-            let spectrum = self.in_bands(&pulses, |alike| {
-                let pulse =
-                    |pulse: &usize| (self.place(&pulses, *pulse), pulses.gain[*pulse], &weights[*pulse]);
-                ears.sum(ear, &alike.iter().map(pulse).collect::<Vec<_>>())
-            })?;
-            Ok(self.pressure(spectrum))
-        };
-        (0..head.responses()[0].len()).into_par_iter().map(at_ear).collect()
+        spot: &Spot<'_>,
+        pulses: &Pulses,
+        frame: &Frame,
+        take: impl Fn(Spectrum) -> T,
+    ) -> Result<Vec<T>, SoundError> {
+        match spot {
+            Spot::Microphone(microphone) => {
+                let gain = |pulse: usize| microphone.gain(pulses.direction[pulse]);
+                Ok(vec![take(self.in_bands(pulses, |alike| self.train(pulses, alike, gain))?)])
+            }
+            Spot::Ambisonics(order) => {
+                let gains: Vec<_> = pulses.direction.iter().map(|u| frame.gains(*order, *u)).collect();
+                let spectrum = |channel: usize| {
+                    self.in_bands(pulses, |alike| self.train(pulses, alike, |pulse| gains[pulse][channel]))
+                };
+                (0..spot.channels()).map(|channel| spectrum(channel).map(&take)).collect()
+            }
+            Spot::Ear(ears, ear) => {
+                let weights = pulses.direction.par_iter().map(|u| ears.head.weights(frame.local(*u)));
+                let weights: Vec<_> = weights.collect();
+                let spectrum = self.in_bands(pulses, |alike| {
+                    let of =
+                        |&pulse: &usize| (self.place(pulses, pulse), pulses.gain[pulse], &weights[pulse]);
+                    ears.sum(*ear, alike.iter().map(of).collect())
+                });
+                Ok(vec![take(spectrum?)])
+            }
+        }
     }
 
     fn pulses(&self, (s, r): (usize, usize)) -> Result<Pulses, SoundError> {
-        let mut pulses = Pulses::new(self.response, (s, r), self.waves(s))?;
+        let mut pulses = Pulses::new(self.response, (s, r), self.waves())?;
         if let Some(within) = self.settings.within {
             pulses.end_at(self.response.direct_time(s, r) + within);
         }
         Ok(pulses)
     }
 
-    /// The waves of source `s` that reach its receivers and places between them.
-    pub(crate) fn waves(&self, s: usize) -> &[PlaneWave] {
+    /// The waves that reach the receivers and places between them from all sources.
+    pub(crate) fn waves(&self) -> &[PlaneWave] {
         let draw = || {
             let SoundSettings { seed, volume, .. } = self.settings;
             let response = self.response;
-            let source = DVec3::from_array(response.source_positions[s]);
-            let distances =
-                response.receiver_positions.iter().map(|place| source.distance(DVec3::from_array(*place)));
-            let margin = (distances.fold(0.0, f64::max) + MARGIN) / response.speed_of_sound;
+            let to_receivers = |source: &[f64; 3]| {
+                let source = DVec3::from(*source);
+                let all = response.receiver_positions.iter();
+                all.map(move |place| source.distance(DVec3::from(*place))).fold(0.0, f64::max)
+            };
+            let distance = response.source_positions.iter().map(to_receivers).fold(0.0, f64::max);
+            let margin = (distance + MARGIN) / response.speed_of_sound;
             let ends = [response.time_edges_s.first(), response.time_edges_s.last()];
             let [first, last] = ends.map(|end| end.copied().unwrap_or(0.0));
-            let waves = PlaneWaves::new(seed, s, volume, response.speed_of_sound);
+            let waves = PlaneWaves::new(seed, volume, response.speed_of_sound);
             waves.between(first - margin, last + margin).collect()
         };
-        self.waves[s].get_or_init(draw)
-    }
-
-    fn directed_pulses(
-        &self,
-        (s, r): (usize, usize),
-        (axes, up): (Axes, DVec3),
-    ) -> Result<(Pulses, Frame), SoundError> {
-        let directions = self.response.directions.as_ref().ok_or(SoundError::NoDirections)?;
-        let frame = match axes {
-            Axes::Scene => Frame::of_scene(up),
-            Axes::Aim => Frame::new(directions.lateral_axes[r].into(), up),
-        };
-        Ok((self.pulses((s, r))?, frame))
+        self.waves.get_or_init(draw)
     }
 
     /// Samples from the emission to the end of the echogram of a spectrum.
@@ -203,55 +205,67 @@ impl<'a> Synthesizer<'a> {
         pressure[self.padding..self.padding + self.samples].iter().map(|value| *value as f32).collect()
     }
 
-    /// The sum of all pulses with their gains.
-    fn with_gains(&self, pulses: &Pulses, gain: impl Fn(usize) -> f64) -> Result<Vec<f32>, SoundError> {
-        Ok(self.pressure(self.spectrum(pulses, gain)?))
-    }
-
     /// Time of a pulse [samples].
     fn place(&self, pulses: &Pulses, pulse: usize) -> f64 {
         pulses.time[pulse] * f64::from(self.settings.sample_rate_hz)
     }
 
-    /// Spectrum of the sum of all pulses with their gains, in their bands.
-    pub(crate) fn spectrum(
-        &self,
-        pulses: &Pulses,
-        gain: impl Fn(usize) -> f64,
-    ) -> Result<Spectrum, SoundError> {
-        self.in_bands(pulses, |alike| {
-            let begin = self.place(pulses, alike[0]).floor() as isize + 1 - fractional::HALF as isize;
-            let mut sum = Vec::new();
-            for &pulse in alike {
-                let at = self.place(pulses, pulse);
-                // Those of late sound are too many to be exact.
-                let (first, values) =
-                    if pulse < pulses.listed { fractional::pulse(at) } else { self.table.pulse(at) };
+    /// The sum of pulses with their gains, and the number of its first sample.
+    fn train(&self, pulses: &Pulses, alike: &[usize], gain: impl Fn(usize) -> f64) -> (isize, Vec<f64>) {
+        let places = alike.iter().map(|pulse| self.place(pulses, *pulse));
+        let begin = places.fold(f64::INFINITY, f64::min).floor() as isize + 1 - fractional::HALF as isize;
+        let mut sum = Vec::new();
+        for &pulse in alike {
+            let (at, gain) = (self.place(pulses, pulse), gain(pulse) * pulses.gain[pulse]);
+            let mut add = |first: isize, values: &[f64]| {
                 let first = (first - begin) as usize;
                 sum.resize(sum.len().max(first + values.len()), 0.0);
-                let gain = gain(pulse) * pulses.gain[pulse];
-                sum[first..].iter_mut().zip(&values).for_each(|(sum, value)| *sum += gain * value);
+                sum[first..].iter_mut().zip(values).for_each(|(sum, value)| *sum += gain * value);
+            };
+            // Those of late sound are too many to be exact.
+            if pulse < pulses.listed {
+                let (first, values) = fractional::pulse(at);
+                add(first, &values);
+            } else {
+                let (first, values) = self.table.nearest(at);
+                add(first, values);
             }
-            (begin, sum)
-        })
+        }
+        (begin, sum)
     }
 
-    /// Spectrum of the sum of all pulses in their bands; `sum_of` gives the sum of some of one shape, in ascending order of times, and the number of its
-    /// first sample.
+    /// Spectrum of the sum of all pulses in their bands; `sum_of` gives the sum of some of one shape and the number of its first sample.
     fn in_bands(
         &self,
         pulses: &Pulses,
         sum_of: impl Fn(&[usize]) -> (isize, Vec<f64>),
     ) -> Result<Spectrum, SoundError> {
+        let audible: Vec<usize> = (0..pulses.time.len()).filter(|&pulse| pulses.gain[pulse] != 0.0).collect();
+        let kind = |pulse: &usize| (pulses.shape[*pulse], pulses.is_spread[*pulse]);
+        let alike = audible.chunk_by(|a, b| kind(a) == kind(b));
+        let (spread, others): (Vec<&[usize]>, Vec<&[usize]>) =
+            alike.partition(|alike| pulses.is_spread[alike[0]]);
+        let mut sum = vec![Complex::ZERO; self.transform.frequencies()];
+        self.add_bands(&mut sum, pulses, &spread, &sum_of)?;
+        sum.iter_mut().zip(&self.dispersion).for_each(|(value, gain)| *value *= gain);
+        self.add_bands(&mut sum, pulses, &others, &sum_of)?;
+        Ok(sum)
+    }
+
+    /// Adds the spectrum of pulses, by shape, to a sum.
+    fn add_bands(
+        &self,
+        spectrum: &mut Spectrum,
+        pulses: &Pulses,
+        by_shape: &[&[usize]],
+        sum_of: impl Fn(&[usize]) -> (isize, Vec<f64>),
+    ) -> Result<(), SoundError> {
+        if by_shape.is_empty() {
+            return Ok(());
+        }
         let bands = self.response.bands();
         let mut trains = vec![self.transform.silence(); bands];
-        let mut order: Vec<usize> =
-            (0..pulses.time.len()).filter(|&pulse| pulses.gain[pulse] != 0.0).collect();
-        order.sort_by(|a, b| {
-            let time = |pulse: &usize| pulses.time[*pulse];
-            pulses.shape[*a].cmp(&pulses.shape[*b]).then(time(a).total_cmp(&time(b)))
-        });
-        for alike in order.chunk_by(|a, b| pulses.shape[*a] == pulses.shape[*b]) {
+        for alike in by_shape {
             self.go_on()?;
             let (begin, sum) = sum_of(alike);
             let shape = pulses.shape(pulses.shape[alike[0]] as usize, bands);
@@ -260,26 +274,31 @@ impl<'a> Synthesizer<'a> {
                 train[first..].iter_mut().zip(&sum).for_each(|(all, value)| *all += amplitude * value);
             }
         }
-        let mut sum = Vec::new();
         for (band, train) in trains.into_iter().enumerate() {
             self.go_on()?;
             let part = through(&self.transform.spectrum(train), self.crossover.gains(band));
-            sum.resize(part.len(), Complex::ZERO);
-            sum.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
+            spectrum.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
         }
-        Ok(sum)
+        Ok(())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Head;
+    use crate::ambisonics::Axes;
     use realfft::RealFftPlanner;
     use sonel_echogram::{Arrivals, Directions, Lateral};
     use std::f64::consts::PI;
 
-    const ROOM: SoundSettings =
-        SoundSettings { volume: Some(100.0), seed: 1, sample_rate_hz: SAMPLE_RATE_HZ, within: None };
+    const ROOM: SoundSettings = SoundSettings {
+        volume: Some(100.0),
+        up: DVec3::Z,
+        seed: 1,
+        sample_rate_hz: SAMPLE_RATE_HZ,
+        within: None,
+    };
     const CENTERS: [f64; 3] = [500.0, 1000.0, 2000.0];
     /// On sample 590.
     const DIRECT_TIME: f64 = 590.0 / 48_000.0;
@@ -395,7 +414,7 @@ mod tests {
                 order: vec![1; count],
                 kind: vec![1; count],
             };
-            let waves: Vec<_> = PlaneWaves::new(1, 0, None, 343.0).between(0.0, 0.2).collect();
+            let waves: Vec<_> = PlaneWaves::new(1, None, 343.0).between(0.0, 0.2).collect();
             let pulses = Pulses::new(&response, (0, 0), &waves).unwrap();
             assert_eq!(pulses.time.len(), count, "rounding is no sound");
             // An arrival that the bin has not is still an error.
@@ -456,14 +475,13 @@ mod tests {
         Response { directions: Some(directions), ..response }
     }
 
-    const UP: DVec3 = DVec3::Z;
-    const AIM: (Axes, DVec3) = (Axes::Aim, UP);
+    const FIRST_ORDER: Channels<'_> = Channels::Ambisonics(1, Axes::Aim);
 
     #[test]
     fn the_first_channel_is_the_impulse_response_and_direct_sound_is_ahead() {
         let response = directed([0.001; 3], [0.0; 3]);
         let synthesizer = Synthesizer::new(&response, ROOM);
-        let channels = synthesizer.ambisonics((0, 0), 3, AIM).unwrap();
+        let channels = synthesizer.heard((0, 0), Channels::Ambisonics(3, Axes::Aim)).unwrap();
         assert!(channels.len() == 16 && channels[0] == synthesizer.impulse_response(0, 0).unwrap());
         // Straight ahead: W, X, −R/2, U √¾, −L √⅜, P √⅝.
         let ahead = [1.0, 0.0, 0.0, 1.0, 0.0, 0.0, -0.5, 0.0, 0.75_f64.sqrt(), 0.0, 0.0, 0.0, 0.0];
@@ -482,7 +500,7 @@ mod tests {
         let mut sums = [0.0; 4];
         for seed in 0..100 {
             let channels = Synthesizer::new(&response, SoundSettings { seed, ..SoundSettings::default() })
-                .ambisonics((0, 0), 1, AIM)
+                .heard((0, 0), FIRST_ORDER)
                 .unwrap();
             for (sum, channel) in sums.iter_mut().zip(&channels) {
                 let window = 624..672;
@@ -504,7 +522,7 @@ mod tests {
         let mut response = directed([0.001; 3], [0.0; 3]);
         let head = Head::read(include_bytes!("../tests/cardioid-head.sofa"), SAMPLE_RATE_HZ).unwrap();
         let peaks = |response: &Response| {
-            let ears = Synthesizer::new(response, ROOM).binaural((0, 0), &head, UP).unwrap();
+            let ears = Synthesizer::new(response, ROOM).heard((0, 0), Channels::Ears(&head)).unwrap();
             let mono = Synthesizer::new(response, ROOM).impulse_response(0, 0).unwrap()[590];
             let peak = |ear: &Vec<f32>| (0..ear.len()).max_by(|a, b| ear[*a].abs().total_cmp(&ear[*b].abs()));
             assert_eq!((ears.len(), ears[0].len()), (2, 9601));
@@ -530,7 +548,7 @@ mod tests {
     fn ambisonics_need_directions() {
         let response = response([0.001; 3], [0.0; 3]);
         let error =
-            Synthesizer::new(&response, SoundSettings::default()).ambisonics((0, 0), 1, AIM).unwrap_err();
+            Synthesizer::new(&response, SoundSettings::default()).heard((0, 0), FIRST_ORDER).unwrap_err();
         assert!(error.to_string().contains("`directions`"), "{error}");
     }
 

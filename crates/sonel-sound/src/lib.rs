@@ -30,6 +30,7 @@ pub mod plane_waves;
 pub mod pulses;
 pub mod resampling;
 mod sphere;
+mod spots;
 mod transform;
 mod walk;
 pub mod wav;
@@ -43,7 +44,8 @@ pub use impulse::{SoundSettings, Step, Synthesizer};
 pub use microphones::Microphone;
 pub use path::{Path, Waypoint};
 pub use resampling::resample;
-pub use walk::{Listener, walk};
+pub use spots::Channels;
+pub use walk::walk;
 pub use wav::{Recording, write_part};
 
 /// Sample rate of impulse responses unless another one is asked for [Hz].

@@ -11,6 +11,8 @@
 //!
 //! References: [Eargle2004], [Williams1999] (docs/references.md).
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 use sonel_acoustics::Pattern;
 use sonel_echogram::Response;
@@ -21,8 +23,8 @@ use crate::pulses::Pulses;
 
 /// Largest distance of a microphone from its receiver [m]: three time bins of 1 ms, because late sound has the receiver's energies.
 pub const FARTHEST: f64 = 1.0;
-/// Smallest distance of a microphone from a source [m].
-const CLOSEST: f64 = 0.01;
+/// Smallest distance of a microphone, or a listener, from a source [m].
+pub(crate) const CLOSEST: f64 = 0.01;
 
 /// A microphone of an array.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,10 +40,9 @@ pub struct Microphone {
 }
 
 impl Microphone {
-    /// One without pattern at a displacement [m].
-    pub(crate) fn omni(position: DVec3) -> Self {
-        Self { name: String::new(), position, pattern: Pattern::Omni, aim: DVec3::X }
-    }
+    /// The receiver itself.
+    pub(crate) const POINT: Self =
+        Self { name: String::new(), position: DVec3::ZERO, pattern: Pattern::Omni, aim: DVec3::X };
 
     /// Pressure for sound from a direction, a unit vector, relative to the axis.
     pub(crate) fn gain(&self, towards: DVec3) -> f64 {
@@ -49,20 +50,6 @@ impl Microphone {
             return 1.0;
         }
         self.pattern.pressure(self.aim.dot(towards).clamp(-1.0, 1.0))
-    }
-
-    /// Length, amplitude and direction of an arrival over `length` from `towards` at the receiver.
-    ///
-    /// # Errors
-    /// When the microphone is where the sound comes from.
-    pub(crate) fn arrival(&self, length: f64, towards: DVec3) -> Result<(f64, f64, DVec3), SoundError> {
-        let way = length * towards - self.position;
-        let own = way.length();
-        if own < CLOSEST {
-            return Err(self.refused(format!("{own:.4} m from a source; at least {CLOSEST} m are needed")));
-        }
-        let towards = way / own;
-        Ok((own, length / own * self.gain(towards), towards))
     }
 
     fn refused(&self, problem: String) -> SoundError {
@@ -113,27 +100,36 @@ pub fn check(response: &Response, microphones: &[Microphone]) -> Result<(), Soun
     Ok(())
 }
 
-/// The pulses at a microphone of those at its receiver.
+/// The pulses at the place of a microphone of those at its receiver; its pattern is left to the caller.
 ///
 /// # Errors
 /// When the microphone is where a source is.
-pub fn displaced(
-    pulses: &Pulses,
+pub(crate) fn displaced<'p>(
+    pulses: &'p Pulses,
     microphone: &Microphone,
     speed_of_sound: f64,
-) -> Result<Pulses, SoundError> {
+) -> Result<Cow<'p, Pulses>, SoundError> {
+    let offset = microphone.position;
+    if offset == DVec3::ZERO {
+        return Ok(Cow::Borrowed(pulses));
+    }
     let mut own = pulses.clone();
     let all = own.time.iter_mut().zip(&mut own.gain).zip(&mut own.direction);
-    for (index, ((time, all), direction)) in all.enumerate() {
-        *all *= if index < pulses.listed {
-            let (length, gain, towards) = microphone.arrival(speed_of_sound * *time, *direction)?;
-            *time = length / speed_of_sound;
-            *direction = towards;
-            gain
-        } else {
-            *time -= direction.dot(microphone.position) / speed_of_sound;
-            microphone.gain(*direction)
-        };
+    for (index, ((time, gain), direction)) in all.enumerate() {
+        if index >= pulses.listed {
+            *time -= direction.dot(offset) / speed_of_sound;
+            continue;
+        }
+        let length = speed_of_sound * *time;
+        let way = length * *direction - offset;
+        let own = way.length();
+        if own < CLOSEST {
+            return Err(
+                microphone.refused(format!("{own:.4} m from a source; at least {CLOSEST} m are needed"))
+            );
+        }
+        (*time, *direction) = (own / speed_of_sound, way / own);
+        *gain *= length / own;
     }
-    Ok(own)
+    Ok(Cow::Owned(own))
 }

@@ -43,13 +43,15 @@ pub struct Pulses {
     pub time: Vec<f64>,
     /// Its amplitude in every band is this times its shape. [P]
     pub gain: Vec<f64>,
-    /// Number of its shape: each listed arrival has its own, late sound that of its time bin. [P]
+    /// Number of its shape: each listed arrival has its own, late sound that of its time bin; pulses of one shape are neighbours. [P]
     pub shape: Vec<u32>,
+    /// Whether it is spread in time ([`crate::plane_waves`]). [P]
+    pub is_spread: Vec<bool>,
     /// Amplitudes in every band, relative to a free field at 1 m. [shapes, B]
     pub shapes: Vec<f64>,
     /// How many of them are listed arrivals: the first ones.
     pub listed: usize,
-    /// What the others are drawn from, one for each time bin. [T]
+    /// What the others are to be drawn from, one for each time bin; none where they are drawn. [T]
     pub late: Vec<Late>,
     /// Unit vector towards where each comes from, in the axes of the scene; of late sound of a response without directions that of its wave. [P]
     pub direction: Vec<DVec3>,
@@ -65,7 +67,6 @@ impl Pulses {
         let late = std::mem::take(&mut pulses.late);
         let place = DVec3::from_array(response.receiver_positions[r]);
         pulses.add_waves(response, s, (place, &[(1.0, &late)]), waves);
-        pulses.late = late;
         Ok(pulses)
     }
 
@@ -128,14 +129,23 @@ impl Pulses {
             known.push((if all > 0.0 { begin } else { f64::INFINITY }, lean));
             self.shapes.extend(squared.into_iter().map(f64::sqrt));
         }
-        for &PlaneWave { time, towards, sign, density } in waves {
-            let time = time - towards.dot(offset);
+        // By bin, there the spread ones behind the others.
+        let mut found = vec![Vec::new(); 2 * known.len()];
+        for wave in waves {
+            let time = wave.time - wave.towards.dot(offset);
             let Some(bin) = edges.partition_point(|edge| *edge <= time).checked_sub(1) else { continue };
-            let Some((_, lean)) = known.get(bin).filter(|(begin, _)| time >= *begin) else { continue };
+            if known.get(bin).is_some_and(|(begin, _)| time >= *begin) {
+                found[2 * bin + usize::from(wave.is_spread)].push((time, wave));
+            }
+        }
+        for (number, (time, wave)) in
+            found.into_iter().enumerate().flat_map(|(n, all)| all.into_iter().map(move |one| (n, one)))
+        {
             self.time.push(time);
-            self.gain.push(sign / density.sqrt());
-            self.shape.push((first + bin) as u32);
-            self.direction.push(lean.map_or(towards, |lean| lean.of(towards)));
+            self.gain.push(wave.sign / wave.density.sqrt());
+            self.shape.push((first + number / 2) as u32);
+            self.is_spread.push(wave.is_spread);
+            self.direction.push(known[number / 2].1.map_or(wave.towards, |lean| lean.of(wave.towards)));
         }
     }
 
@@ -178,6 +188,7 @@ impl Pulses {
             // A pulse of amplitude a has the spectrum a² at all frequencies, so that its band mean is 4πF whatever the width of the band.
             self.shape.push(self.gain.len() as u32);
             self.gain.push(1.0);
+            self.is_spread.push(false);
             self.shapes.extend(energy.iter().map(|energy| (PRESSURE_OF_FLUENCE * energy).sqrt()));
             let direction = DVec3::from_slice(&arrivals.direction[3 * a..]);
             self.direction.push(direction);

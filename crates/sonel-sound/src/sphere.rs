@@ -160,7 +160,7 @@ mod tests {
     fn the_farther_ear_hears_later_by_the_way_around() {
         let head = Head::sphere();
         let ears = Ears::new(&head);
-        let response = |u, ear| ears.sum(ear, &[(100.0, 1.0, &head.weights(u))]).1;
+        let response = |u, ear| ears.sum(ear, vec![(100.0, 1.0, &head.weights(u))]).1;
         for azimuth in [30.0_f64, 60.0, 90.0] {
             let angle = azimuth.to_radians();
             let u = DVec3::new(angle.cos(), angle.sin(), 0.0);
@@ -202,7 +202,7 @@ mod tests {
         let grid = grid.filter(|(row, column)| row.abs() < 9.0 || *column == 0.0);
         let head = Head::sphere_from(grid.map(|(row, column)| unit(10.0 * column, 10.0 * row)).collect());
         let ears = Ears::new(&head);
-        let response = |u, ear| ears.sum(ear, &[(100.0, 1.0, &head.weights(u))]).1;
+        let response = |u, ear| ears.sum(ear, vec![(100.0, 1.0, &head.weights(u))]).1;
         let exact: Vec<(f64, Vec<f64>)> = responses()
             .iter()
             .map(|response| {

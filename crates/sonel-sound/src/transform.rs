@@ -61,6 +61,11 @@ impl Transform {
     }
 }
 
+/// A length of so many samples or a few more whose transform is fast: 5, 6, 7 or 8 times a power of two.
+pub(crate) fn fast(samples: usize) -> usize {
+    samples.next_multiple_of(samples.next_power_of_two().div_ceil(8))
+}
+
 /// A spectrum through a filter of these gains.
 pub(crate) fn through(spectrum: &[Complex<f64>], gains: &[f64]) -> Spectrum {
     spectrum.iter().zip(gains).map(|(value, gain)| value * gain).collect()

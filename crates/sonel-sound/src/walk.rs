@@ -19,63 +19,27 @@ use glam::DVec3;
 use rayon::prelude::*;
 use sonel_echogram::Response;
 
-use crate::ambisonics::{Frame, channels};
+use crate::ambisonics::Frame;
 use crate::crossover::Crossover;
 use crate::fractional::HALF;
 use crate::impulse::{SoundSettings, Step, Synthesizer};
-use crate::microphones::{self, Microphone};
+use crate::microphones::{self, CLOSEST, Microphone};
 use crate::path::Path;
 use crate::pulses::Pulses;
-use crate::transform::{Transform, through};
+use crate::spots::{Channels, Spot};
+use crate::transform::{Transform, fast, through};
 use crate::{SoundError, convolve};
 
 /// Longest step between responses of late sound [m].
 const STEP: f64 = 0.02;
 /// Half the width of a window [steps].
 const REACH: f64 = 2.0;
-/// Samples between which gains are linear.
+/// Means over the path of products of the weights of responses 0 … 3 steps apart, beyond 0 twice: (4 − m) (1 + ½ cos πm/2)/16 + 3/16π sin πm/2.
+const PRODUCTS: [f64; 4] = [0.375, 0.375 + 0.375 / PI, 0.125, 0.125 - 0.375 / PI];
+/// Samples between which filters are faded.
 const BLOCK: usize = 256;
 /// Samples that are made at a time, at least, so that long recordings take no more memory; a multiple of a block.
 const SECTION: usize = 1 << 18;
-/// Smallest distance of a listener from a source [m].
-const CLOSEST: f64 = 0.01;
-
-/// Who moves; axes are those of the scene and do not turn.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Listener<'a> {
-    /// A point.
-    Point,
-    /// Microphones about it.
-    Array(&'a [Microphone]),
-    /// Ambisonics of an order in [`Axes::Scene`](crate::ambisonics::Axes) with this unit vector up.
-    Ambisonics(u32, DVec3),
-}
-
-/// Channels at one point that moves along.
-enum Spot<'a> {
-    Point,
-    Microphone(&'a Microphone),
-    Ambisonics(u32, Frame),
-}
-
-impl Spot<'_> {
-    fn offset(&self) -> DVec3 {
-        if let Self::Microphone(microphone) = self { microphone.position } else { DVec3::ZERO }
-    }
-
-    fn channels(&self) -> usize {
-        if let Self::Ambisonics(order, _) = self { channels(*order) } else { 1 }
-    }
-
-    /// Gain of every channel for a direction, a unit vector.
-    fn gains(&self, towards: DVec3) -> Vec<f64> {
-        match self {
-            Self::Point => vec![1.0],
-            Self::Microphone(microphone) => vec![microphone.gain(towards)],
-            Self::Ambisonics(order, frame) => frame.gains(*order, towards),
-        }
-    }
-}
 
 /// What a listener hears of a `signal` that source `s` sends from the first time of the `path` on: one or more channels, each as long as signal and echogram together.
 /// `take` gets their length and, one after the other, sections of all channels. The response is that of the places of the path which are `spacing` apart. `step` is that of
@@ -87,7 +51,7 @@ pub fn walk<E: From<SoundError>>(
     response: &Response,
     settings: SoundSettings,
     (s, path, spacing): (usize, &Path, f64),
-    listener: Listener<'_>,
+    channels: Channels<'_>,
     signal: &[f32],
     step: Step<'_>,
     mut take: impl FnMut(usize, Vec<Vec<f32>>) -> Result<(), E>,
@@ -96,43 +60,39 @@ pub fn walk<E: From<SoundError>>(
     if found != expected {
         return Err(SoundError::Places { found, expected }.into());
     }
-    let spots: Vec<Spot<'_>> = match listener {
-        Listener::Point => vec![Spot::Point],
-        Listener::Array(array) => {
-            microphones::check(response, array)?;
-            array.iter().map(Spot::Microphone).collect()
-        }
-        Listener::Ambisonics(..) if response.directions.is_none() => {
-            return Err(SoundError::NoDirections.into());
-        }
-        Listener::Ambisonics(order, up) => vec![Spot::Ambisonics(order, Frame::of_scene(up))],
-    };
+    let spots = Spot::all(response, channels)?;
     let places = (0..found).map(|r| Pulses::of_arrivals(response, (s, r))).collect::<Result<Vec<_>, _>>()?;
     let synthesizer = Synthesizer::new(response, settings).with_step(step);
     let samples = if signal.is_empty() { 0 } else { signal.len() + synthesizer.samples - 1 };
     // What is heard at a time was sent within the response and the ringing of the filters before it.
     let (ringing, before) = (synthesizer.padding, synthesizer.samples + 2 * synthesizer.padding);
     let length = (4 * before).next_multiple_of(BLOCK).max(SECTION);
-    let mut walked = Walk { response, s, path, places, signal, first: 0, section: 0..0, synthesizer };
+    let mut walked =
+        Walk { response, s, path, channels, places, signal, first: 0, section: 0..0, synthesizer };
     for begin in (0..samples.max(1)).step_by(length) {
         walked.section = begin..samples.min(begin + length);
         walked.first = begin.saturating_sub(before).min(signal.len());
         walked.signal = &signal[walked.first..signal.len().min(walked.section.end + ringing)];
-        let mut sums = walked.early(&spots)?;
-        let mut first = 0;
+        let bands = LazyBands::new(Box::new(|| walked.bands()));
+        let mut sums = Vec::new();
         for spot in &spots {
-            walked.add_late(spot, &mut sums[first..first + spot.channels()])?;
-            first += spot.channels();
+            let mut own = walked.early(spot, &bands)?;
+            walked.add_late(spot, &mut own)?;
+            sums.extend(own);
         }
         take(samples, sums.iter().map(|sum| sum.iter().map(|sample| *sample as f32).collect()).collect())?;
     }
     Ok(())
 }
 
+/// The signal in every band, made when it is first read.
+type LazyBands<'a> = LazyLock<Vec<Vec<f32>>, Box<dyn FnOnce() -> Vec<Vec<f32>> + Send + 'a>>;
+
 struct Walk<'a> {
     response: &'a Response,
     s: usize,
     path: &'a Path,
+    channels: Channels<'a>,
     /// Arrivals and late energies at every place.
     places: Vec<Pulses>,
     /// What is heard of the signal in the section, and the number of its first sample.
@@ -149,9 +109,14 @@ impl Walk<'_> {
     }
 
     /// Position and number of pieces of the path behind the listener at a sample.
-    fn at(&self, sample: usize) -> (DVec3, f64) {
+    fn at(&self, sample: isize) -> (DVec3, f64) {
         let (position, length) = self.path.at(self.path.begin() + sample as f64 / self.rate());
         (position, self.pieces(length))
+    }
+
+    /// Axes of the channels so many pieces along the path.
+    fn frame(&self, pieces: f64) -> Frame {
+        self.channels.frame(self.response, pieces, self.synthesizer.settings.up)
     }
 
     /// A length of the path in pieces between places.
@@ -163,7 +128,7 @@ impl Walk<'_> {
     /// The signal in every band, with the padding of the synthesizer about it.
     fn bands(&self) -> Vec<Vec<f32>> {
         let padding = self.synthesizer.padding;
-        let length = (self.signal.len() + 2 * padding).next_power_of_two();
+        let length = fast(self.signal.len() + 2 * padding);
         let transform = Transform::new(length);
         let crossover =
             Crossover::new(&self.response.center_frequency_hz, self.rate() / length as f64, length / 2 + 1);
@@ -177,20 +142,18 @@ impl Walk<'_> {
         (0..self.response.bands()).map(of_band).collect()
     }
 
-    /// Listed arrivals in all channels of all spots.
-    fn early(&self, spots: &[Spot<'_>]) -> Result<Vec<Vec<f64>>, SoundError> {
-        let channels = spots.iter().map(Spot::channels).sum();
-        let mut sums = vec![vec![0.0; self.section.len()]; channels];
-        let bands = LazyLock::new(|| self.bands());
+    /// Listed arrivals in the channels of a spot; `bands` are those of the signal.
+    fn early(&self, spot: &Spot<'_>, bands: &LazyBands<'_>) -> Result<Vec<Vec<f64>>, SoundError> {
+        let mut sums = vec![vec![0.0; self.section.len()]; spot.channels()];
         let blocks: Vec<usize> = self.section.clone().step_by(BLOCK).collect();
-        let stands = |begin: &usize| self.at(begin + BLOCK).1 <= self.at(*begin).1;
+        let stands = |begin: &usize| self.at((begin + BLOCK) as isize).1 <= self.at(*begin as isize).1;
         for stretch in blocks.chunk_by(|before, after| stands(before) && stands(after)) {
             let begin = stretch[0];
             let parts = if stretch.len() * BLOCK > self.synthesizer.samples {
                 let end = self.section.end.min(begin + stretch.len() * BLOCK);
-                vec![(begin, self.standing(begin..end, spots)?)]
+                vec![(begin, self.standing(begin..end, spot)?)]
             } else {
-                let block = |begin: &usize| Ok((*begin, self.block(*begin, spots, &bands)?));
+                let block = |begin: &usize| Ok((*begin, self.block(*begin, spot, bands)?));
                 stretch.par_iter().map(block).collect::<Result<_, SoundError>>()?
             };
             for (begin, channels) in parts {
@@ -200,34 +163,28 @@ impl Walk<'_> {
         Ok(sums)
     }
 
-    /// Listed arrivals in all channels of all spots while the listener stands: the signal convolved with their response there.
-    fn standing(&self, samples: Range<usize>, spots: &[Spot<'_>]) -> Result<Vec<Vec<f64>>, SoundError> {
-        let (position, at) = self.at(samples.start);
-        let (padding, rate) = (self.synthesizer.padding, self.rate());
-        let mut all = Vec::new();
-        for spot in spots {
-            let mut responses = vec![vec![0.0; self.synthesizer.samples + 2 * padding]; spot.channels()];
-            for index in at.floor() as usize..=at.ceil() as usize {
-                let place = DVec3::from(self.response.receiver_positions[index]);
-                let weight = 1.0 - (at - index as f64).abs();
-                let pulses = microphones::displaced(
-                    &self.places[index],
-                    &Microphone::omni(position + spot.offset() - place),
-                    self.response.speed_of_sound,
-                )
-                .map_err(|_| SoundError::ThroughSource { time_s: samples.start as f64 / rate })?;
-                let gains: Vec<Vec<f64>> = pulses.direction.iter().map(|u| spot.gains(*u)).collect();
-                for (channel, response) in responses.iter_mut().enumerate() {
-                    let spectrum = self.synthesizer.spectrum(&pulses, |pulse| gains[pulse][channel])?;
-                    let part = self.synthesizer.transform.signal(spectrum);
-                    response.iter_mut().zip(part).for_each(|(sum, sample)| *sum += weight * sample);
-                }
+    /// Listed arrivals in the channels of a spot while the listener stands: the signal convolved with their response there.
+    fn standing(&self, samples: Range<usize>, spot: &Spot<'_>) -> Result<Vec<Vec<f64>>, SoundError> {
+        let (position, at) = self.at(samples.start as isize);
+        let padding = self.synthesizer.padding;
+        let mut responses = vec![vec![0.0; self.synthesizer.samples + 2 * padding]; spot.channels()];
+        for index in at.floor() as usize..=at.ceil() as usize {
+            let offset = position + spot.offset() - DVec3::from(self.response.receiver_positions[index]);
+            let weight = 1.0 - (at - index as f64).abs();
+            let there = Microphone { position: offset, ..Microphone::POINT };
+            let pulses = microphones::displaced(&self.places[index], &there, self.response.speed_of_sound)
+                .map_err(|_| SoundError::ThroughSource { time_s: samples.start as f64 / self.rate() })?;
+            let signal = |spectrum| self.synthesizer.transform.signal(spectrum);
+            let parts = self.synthesizer.spectra(spot, &pulses, &self.frame(at), signal)?;
+            for (response, part) in responses.iter_mut().zip(parts) {
+                response.iter_mut().zip(part).for_each(|(sum, sample)| *sum += weight * sample);
             }
-            let narrow = |response: Vec<f64>| response.into_iter().map(|sample| sample as f32).collect();
-            let heard = |response| self.convolved(&samples, padding, narrow(response));
-            all.extend(responses.into_iter().map(heard));
         }
-        Ok(all)
+        let narrow = |response: Vec<f64>| response.into_iter().map(|sample| sample as f32).collect();
+        Ok(responses
+            .into_iter()
+            .map(|response| self.convolved(&samples, padding, narrow(response)))
+            .collect())
     }
 
     /// Samples of the signal convolved with a response that begins `lead` samples before the emission.
@@ -239,69 +196,72 @@ impl Walk<'_> {
         heard.into_iter().skip(begin - first).map(f64::from).collect()
     }
 
-    /// The samples of a block in all channels.
+    /// The samples of a block in the channels of a spot: with the filters of directions where it begins and where it ends, faded.
     fn block(
         &self,
         begin: usize,
-        spots: &[Spot<'_>],
-        bands: &[Vec<f32>],
+        spot: &Spot<'_>,
+        bands: &LazyBands<'_>,
     ) -> Result<Vec<Vec<f64>>, SoundError> {
         self.synthesizer.go_on()?;
+        let [before, behind] = spot.reach();
         // One more, where the next block begins.
-        let places: Vec<(DVec3, f64)> = (begin..=begin + BLOCK).map(|sample| self.at(sample)).collect();
+        let places = (0..=before + BLOCK + behind).map(|at| self.at((begin + at) as isize - before as isize));
+        let places: Vec<(DVec3, f64)> = places.collect();
+        let ends = [places[before], places[before + BLOCK]];
+        let frames = ends.map(|(_, along)| self.frame(along));
         let range = |of: fn(f64, f64) -> f64| places.iter().map(|place| place.1).reduce(of).unwrap_or(0.0);
         let (first, last) = (range(f64::min).floor() as usize, range(f64::max).ceil() as usize);
-        let mut all = Vec::new();
-        let mut way = [(0.0, 0.0); BLOCK + 1];
+        let mut sums = vec![[0, 1].map(|_| vec![0.0; BLOCK]); spot.channels()];
+        let share = |at: usize| (at as f64 - before as f64) / BLOCK as f64;
         let mut mixed = Vec::new();
-        for spot in spots {
-            let mut channels = vec![vec![0.0; BLOCK]; spot.channels()];
-            for index in first..=last {
-                let (place, pulses) =
-                    (DVec3::from(self.response.receiver_positions[index]), &self.places[index]);
-                let arrivals =
-                    pulses.time.iter().zip(&pulses.direction).zip(pulses.shapes.chunks_exact(bands.len()));
-                for ((time, direction), amplitude) in arrivals {
-                    let length = self.response.speed_of_sound * time;
-                    let image = place + length * *direction;
-                    let towards = |at: usize| image - places[at].0 - spot.offset();
-                    for (at, way) in way.iter_mut().enumerate() {
-                        let own = towards(at).length();
-                        if own < CLOSEST {
-                            return Err(SoundError::ThroughSource {
-                                time_s: (begin + at) as f64 / self.rate(),
-                            });
-                        }
-                        let weight = (1.0 - (places[at].1 - index as f64).abs()).max(0.0);
-                        let delay = own / self.response.speed_of_sound * self.rate();
-                        let sent = (begin + at + self.synthesizer.padding) as f64 - self.first as f64;
-                        *way = (sent - delay, weight * length / own);
+        for index in first..=last {
+            let pulses = &self.places[index];
+            let shapes = pulses.shapes.chunks_exact(self.response.bands());
+            for ((time, direction), amplitude) in pulses.time.iter().zip(&pulses.direction).zip(shapes) {
+                let length = self.response.speed_of_sound * time;
+                let image = DVec3::from(self.response.receiver_positions[index]) + length * *direction
+                    - spot.offset();
+                let filters = [0, 1].map(|end| spot.filters(&frames[end], (image - ends[end].0).normalize()));
+                let [lag, later] = filters.each_ref().map(|channels| channels[0].delay);
+                let mut read = Vec::with_capacity(places.len());
+                for (at, (position, along)) in places.iter().enumerate() {
+                    let (sample, own) = (begin as f64 + at as f64 - before as f64, image.distance(*position));
+                    if own < CLOSEST {
+                        return Err(SoundError::ThroughSource { time_s: sample / self.rate() });
                     }
-                    let (read, gain) = (|way: &(f64, f64)| way.0, |way: &(f64, f64)| way.1);
-                    if way.iter().map(gain).all(|gain| gain <= 0.0) {
-                        continue;
-                    }
-                    let low = way.iter().map(read).fold(f64::INFINITY, f64::min).floor() as i64 - HALF as i64;
-                    let high = way.iter().map(read).fold(f64::NEG_INFINITY, f64::max).floor() as i64
-                        + HALF as i64
-                        + 1;
-                    if !mix(&mut mixed, (low, high), bands, amplitude) {
-                        continue;
-                    }
-                    let gains = [0, BLOCK].map(|at| spot.gains(towards(at).normalize()));
-                    for at in 0..BLOCK {
-                        let heard = way[at].1 * self.synthesizer.table.read(&mixed, way[at].0 - low as f64);
-                        let share = at as f64 / BLOCK as f64;
-                        for (channel, (begin, end)) in channels.iter_mut().zip(gains[0].iter().zip(&gains[1]))
-                        {
-                            channel[at] += (begin + share * (end - begin)) * heard;
+                    let weight = (1.0 - (along - index as f64).abs()).max(0.0);
+                    let lag = lag + share(at).clamp(-1.0, 2.0) * (later - lag);
+                    let delay = own / self.response.speed_of_sound * self.rate() + lag;
+                    let sent = sample - delay + self.synthesizer.padding as f64 - self.first as f64;
+                    read.push((sent, weight * length / own));
+                }
+                let sent = || read.iter().map(|(sent, _)| *sent);
+                let low = sent().fold(f64::INFINITY, f64::min).floor() as i64 - HALF as i64;
+                let high = sent().fold(f64::NEG_INFINITY, f64::max).floor() as i64 + HALF as i64 + 1;
+                if read.iter().all(|(_, gain)| *gain <= 0.0)
+                    || !mix(&mut mixed, (low, high), bands, amplitude)
+                {
+                    continue;
+                }
+                let heard =
+                    read.iter().map(|(at, gain)| gain * self.synthesizer.table.read(&mixed, at - low as f64));
+                let heard: Vec<f64> = heard.collect();
+                for (end, filters) in filters.iter().enumerate() {
+                    for (sums, filter) in sums.iter_mut().zip(filters) {
+                        for (place, tap) in (filter.first..).zip(&filter.taps) {
+                            let heard = &heard[before.saturating_add_signed(-place)..];
+                            sums[end].iter_mut().zip(heard).for_each(|(sum, sample)| *sum += tap * sample);
                         }
                     }
                 }
             }
-            all.extend(channels);
         }
-        Ok(all)
+        let faded = |[begin, end]: [Vec<f64>; 2]| {
+            let pairs = begin.into_iter().zip(end).enumerate();
+            pairs.map(|(at, (begin, end))| begin + share(before + at) * (end - begin)).collect()
+        };
+        Ok(sums.into_iter().map(faded).collect())
     }
 
     /// Adds late sound to the channels of a spot.
@@ -362,36 +322,21 @@ impl Walk<'_> {
         let share = place - before as f64;
         let late = [(1.0 - share, &self.places[before].late[..]), (share, &self.places[after].late[..])];
         let mut pulses = Pulses::default();
-        pulses.add_waves(
-            self.response,
-            self.s,
-            (self.path.place(along), &late),
-            self.synthesizer.waves(self.s),
-        );
+        pulses.add_waves(self.response, self.s, (self.path.place(along), &late), self.synthesizer.waves());
         if pulses.time.is_empty() {
             return Ok(vec![Vec::new(); spot.channels()]);
         }
         if let Spot::Microphone(microphone) = spot {
-            pulses = microphones::displaced(&pulses, microphone, self.response.speed_of_sound)?;
+            pulses = microphones::displaced(&pulses, microphone, self.response.speed_of_sound)?.into_owned();
         }
-        let gains: Vec<Vec<f64>> = match spot {
-            // Those of a microphone are in its pulses.
-            Spot::Point | Spot::Microphone(_) => vec![vec![1.0]; pulses.time.len()],
-            Spot::Ambisonics(..) => pulses.direction.iter().map(|u| spot.gains(*u)).collect(),
-        };
-        let of_channel = |channel: usize| {
-            let mut spectrum = self.synthesizer.spectrum(&pulses, |pulse| gains[pulse][channel])?;
-            if let Some(equalizer) = equalizer {
-                spectrum = through(&spectrum, equalizer);
-            }
-            Ok(self.synthesizer.pressure(spectrum))
-        };
-        (0..spot.channels()).map(of_channel).collect()
+        self.synthesizer.spectra(spot, &pulses, &self.frame(place), |spectrum| {
+            let equalized = equalizer.map(|equalizer| through(&spectrum, equalizer));
+            self.synthesizer.pressure(equalized.unwrap_or(spectrum))
+        })
     }
 
     /// Gains of windows that overlap, for steps of this length, at the frequencies of the transform.
     fn equalizer(&self, step: f64) -> Vec<f64> {
-        let products = products();
         let count = self.synthesizer.transform.frequencies();
         let per_line = TAU * self.rate() / (2.0 * (count - 1) as f64) / self.response.speed_of_sound * step;
         let gain = |line: usize| {
@@ -401,7 +346,7 @@ impl Walk<'_> {
                 if angle < 1e-6 { 1.0 } else { libm::sin(angle) / angle }
             };
             let energy: f64 =
-                products.iter().enumerate().map(|(steps, product)| product * diffuse(steps)).sum();
+                PRODUCTS.iter().enumerate().map(|(steps, product)| product * diffuse(steps)).sum();
             1.0 / energy.sqrt()
         };
         (0..count).map(gain).collect()
@@ -418,22 +363,6 @@ fn add(sums: &mut [Vec<f64>], begin: usize, channels: Vec<Vec<f64>>) {
 /// Weight of a response whose place is `off` half widths away: four of them add up to 1.
 fn window(off: f64) -> f64 {
     if off.abs() < 1.0 { 0.25 * (1.0 + libm::cos(PI * off)) } else { 0.0 }
-}
-
-/// Sums of products of the weights of responses so many steps apart, in the mean over the path; beyond 0, twice.
-fn products() -> [f64; 4] {
-    const PLACES: usize = 64;
-    let mut sums = [0.0; 4];
-    for place in 0..PLACES {
-        let weight = |number: i32| window((f64::from(number) - place as f64 / PLACES as f64) / REACH);
-        for first in -2..4 {
-            for (steps, sum) in sums.iter_mut().enumerate() {
-                let twice = if steps == 0 { 1.0 } else { 2.0 };
-                *sum += twice * weight(first) * weight(first + steps as i32) / PLACES as f64;
-            }
-        }
-    }
-    sums
 }
 
 /// The samples `low` up to `high` of the sum of bands with these amplitudes, silence beyond their ends; whether there are any.

@@ -4,29 +4,16 @@ use std::ops::RangeInclusive;
 
 use glam::DVec3;
 use rayon::prelude::*;
-use sonel_sound::{Listener, Path, SoundSettings, Synthesizer};
+use sonel_sound::{Path, SoundSettings, Synthesizer};
 
 use crate::{Error, Observer, ReceiverPoint, Response, Result};
 
 pub use sonel_sound::ambisonics::{Axes, MOST_ORDER as MOST_AMBISONICS_ORDER};
 pub use sonel_sound::wav::MOST_CHANNELS;
 pub use sonel_sound::{
-    Head, Iacc, Microphone, Recording, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ, SoundError, Waypoint, convolve, iacc,
-    resample, write_part,
+    Channels, Head, Iacc, Microphone, Recording, SAMPLE_RATE_HZ, SAMPLE_RATES_HZ, SoundError, Waypoint,
+    convolve, iacc, resample, write_part,
 };
-
-/// Channels of an impulse response.
-#[derive(Debug, Clone, Copy)]
-pub enum Channels<'a> {
-    /// Pressure at the receiver.
-    Single,
-    /// Ambisonics of an order 1 … 7 in these axes: ACN, SN3D. The response needs directions.
-    Ambisonics(u32, Axes),
-    /// Left and right ear of a head that looks along the receiver's aim. The response needs directions.
-    Ears(&'a Head),
-    /// Microphones about each receiver. Directional ones need directions.
-    Array(&'a [Microphone]),
-}
 
 /// How impulse responses are made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,10 +78,10 @@ pub fn convolve_in_sections<E>(
 impl Response {
     /// What a listener hears of a `signal` that source `s` sends from the first time of the path on: `take` gets the length of the channels [samples]
     /// and, one after the other, sections of all of them. Delays of direct sound and listed reflections are exact at every sample, late sound fades between
-    /// responses 2 cm apart. The response is that of the [`places`] of the path. Axes of ambisonics and arrays are those of the scene.
+    /// responses 2 cm apart. The response is that of the [`places`] of the path, along whose aims a head looks.
     ///
     /// # Errors
-    /// When the response is one of other places, the sample rate is out of range, ears are asked for, or the path leads through a source. The
+    /// When the response is one of other places, the sample rate is out of range, or the path leads through a source. The
     /// errors of [`Self::impulse_responses`] and of `take`.
     pub fn walk(
         &self,
@@ -105,23 +92,12 @@ impl Response {
         observer: &dyn Observer,
         take: impl FnMut(usize, Vec<Vec<f32>>) -> Result<()>,
     ) -> Result<()> {
-        let (settings, up) = self.settings(channels, options)?;
-        let listener = match channels {
-            Channels::Single => Listener::Point,
-            Channels::Array(microphones) => Listener::Array(microphones),
-            Channels::Ambisonics(order, Axes::Scene) => Listener::Ambisonics(order, up),
-            Channels::Ambisonics(..) | Channels::Ears(_) => {
-                return Err(Error::refused(
-                    "a walk has the axes of the scene and no ears: make ambisonics without aim, and decode them for two ears",
-                ));
-            }
-        };
+        let settings = self.settings(&[channels], options)?;
         let step = || observer.go_on();
-        sonel_sound::walk(self.echograms(), settings, route, listener, signal, &step, take)
+        sonel_sound::walk(self.echograms(), settings, route, channels, signal, &step, take)
     }
 
-    /// Settings of the synthesis, and the direction up.
-    fn settings(&self, channels: Channels<'_>, options: SoundOptions) -> Result<(SoundSettings, DVec3)> {
+    fn settings(&self, channels: &[Channels<'_>], options: SoundOptions) -> Result<SoundSettings> {
         let room = self.surroundings();
         let SoundOptions { seed, sample_rate_hz, within } = options;
         if !SAMPLE_RATES_HZ.contains(&sample_rate_hz) {
@@ -129,12 +105,10 @@ impl Response {
                 "the sample rate is {sample_rate_hz} Hz: give 8000 … 192000 Hz"
             )));
         }
-        let up = match channels {
-            Channels::Single | Channels::Array(_) => DVec3::Z,
-            Channels::Ambisonics(..) | Channels::Ears(_) => room.upward()?,
-        };
+        let have_axes = channels.iter().any(|channels| channels.have_axes());
+        let up = if have_axes { room.upward()? } else { DVec3::Z };
         let (volume, seed) = (room.volume, seed.unwrap_or(room.seed));
-        Ok((SoundSettings { volume, seed, sample_rate_hz, within }, up))
+        Ok(SoundSettings { volume, up, seed, sample_rate_hz, within })
     }
 
     /// Impulse responses of all sources at all receivers, [S × R, channels, samples]: pressure synthesised from the energies. Direct
@@ -162,21 +136,14 @@ impl Response {
         observer: &dyn Observer,
         take: impl Fn((usize, usize), Vec<Vec<Vec<f32>>>) -> Result<T, E> + Sync,
     ) -> Result<Vec<T>, E> {
-        let ups = channels.iter().map(|channels| self.settings(*channels, options));
-        let ups: Vec<(SoundSettings, DVec3)> = ups.collect::<Result<_>>()?;
-        let Some(&(settings, _)) = ups.first() else { return Ok(Vec::new()) };
+        let settings = self.settings(channels, options)?;
         let e = self.echograms();
         let pairs: Vec<(usize, usize)> =
             (0..e.sources()).flat_map(|s| (0..e.receivers()).map(move |r| (s, r))).collect();
         let step = || observer.go_on();
         let synthesizer = Synthesizer::new(e, settings).with_step(&step);
         let of_pair = |pair: (usize, usize)| {
-            let all = channels.iter().zip(&ups).map(|(channels, (_, up))| match *channels {
-                Channels::Ambisonics(order, axes) => synthesizer.ambisonics(pair, order, (axes, *up)),
-                Channels::Ears(head) => synthesizer.binaural(pair, head, *up),
-                Channels::Array(microphones) => synthesizer.array(pair, microphones),
-                Channels::Single => Ok(vec![synthesizer.impulse_response(pair.0, pair.1)?]),
-            });
+            let all = channels.iter().map(|channels| synthesizer.heard(pair, *channels));
             take(pair, all.collect::<Result<_, _>>().map_err(Error::from)?)
         };
         pairs.into_par_iter().map(of_pair).collect()

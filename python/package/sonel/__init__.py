@@ -1159,7 +1159,9 @@ class Map(_Managed):
         sample_rate: _Whole | float = 48_000,
         spacing: float = 0.25,
         ambix: _Whole | None = None,
+        hrtf: _Path | None = None,
         array: _Points | None = None,
+        aim: ArrayLike | None = None,
         seed: _Whole | None = None,
         **options: Any,
     ) -> NDArray[np.float32]:
@@ -1177,12 +1179,15 @@ class Map(_Managed):
         spacing
             Longest distance between the places that are rendered [m], 0.01 to 10. Delays of direct sound and listed reflections are exact
             at every sample whatever it is, so that tones are shifted by 1 + v/c.
-        ambix, array
-            As for `impulse_responses`, in the axes of the scene, which do not turn.
+        ambix, hrtf, array
+            As for `impulse_responses`. Ambisonics and arrays have the axes of the scene, which do not turn.
+        aim
+            Direction in which the head of `hrtf` looks all along the path, horizontally, shape [3]; by default it looks towards the first source, as
+            in `impulse_responses`.
         seed
             Of the waves of late sound (default that of the rendering).
         **options
-            Those of `render` but `grid`; `ambix` and directional microphones render directions.
+            Those of `render` but `grid`; `ambix`, `hrtf` and directional microphones render directions.
 
         Returns
         -------
@@ -1203,12 +1208,17 @@ class Map(_Managed):
             raise Error(f"path has the shape {list(points.shape)}: give rows of t, x, y, z, shape [P, 4]")
         if samples.ndim != 1 or not np.all(np.isfinite(samples)):
             raise Error(f"signal has the shape {list(samples.shape)}: give the finite samples of one channel, shape [n]")
-        order, _, microphones = _channels(ambix=ambix, array=array)
+        order, head, microphones = _channels(ambix=ambix, hrtf=hrtf, array=array)
+        if aim is not None and head is None:
+            raise Error("aim turns the head of hrtf: give hrtf, or leave aim out")
+        looking = {} if aim is None else {"aim": _input.numbers(aim, "aim", "a direction, shape [3]", (3,)).tolist()}
         sounds = (None if seed is None else _input.whole(seed, "seed", 0, _input.SEED), _rate(sample_rate))
-        if ambix is not None or array is not None:
+        if (ambix, hrtf, array) != (None, None, None):
             options.setdefault("directions", True)
-        response = self.render(dict(_sonel.places(points.tolist(), spacing)), **options)
-        return np.array(response._inner.walk((points.tolist(), spacing), samples.tobytes(), (order, microphones), *sounds))
+        places = {name: {"position": position, **looking} for name, position in _sonel.places(points.tolist(), spacing)}
+        response = self.render(places, **options)
+        channels = (None if order is None else (order, False), head, microphones)
+        return np.array(response._inner.walk((points.tolist(), spacing), samples.tobytes(), channels, *sounds))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """For other processes: the path of a map that was loaded or saved, the bytes of another one."""

@@ -99,7 +99,7 @@ class Response:
         self,
         route: tuple[list[list[float]], float],
         signal: bytes,
-        channels: tuple[int | None, list[Receiver] | None] = ...,
+        channels: tuple[tuple[int, bool] | None, bytes | None, list[Receiver] | None] = ...,
         seed: int | None = None,
         sample_rate_hz: int = 48_000,
     ) -> Array: ...

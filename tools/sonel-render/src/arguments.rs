@@ -41,8 +41,8 @@ pub struct Arguments {
     /// Path of a walking listener.
     ///
     /// Writes what the listener hears of --recording as SOURCE_walk.wav in the folder of --wav, instead of impulse responses. A
-    /// CSV file with the header time,x,y,z [s, m]; between its points the path is straight. Not with other receivers or --hrtf.
-    #[arg(long, value_name = "FILE.csv", requires_all = ["wav", "recording"], conflicts_with_all = ["receivers", "receivers_file", "grid", "audience", "shard", "hrtf"])]
+    /// CSV file with the header time,x,y,z [s, m]; between its points the path is straight. Not with other receivers.
+    #[arg(long, value_name = "FILE.csv", requires_all = ["wav", "recording"], conflicts_with_all = ["receivers", "receivers_file", "grid", "audience", "shard"])]
     pub path: Option<PathBuf>,
     /// Recording that the sources play along --path.
     ///

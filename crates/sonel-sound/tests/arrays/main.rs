@@ -10,14 +10,14 @@ use realfft::num_complex::Complex;
 use sonel_acoustics::Pattern;
 use sonel_echogram::provenance::NearestSurface;
 use sonel_echogram::{Arrivals, Provenance, Response};
-use sonel_sound::{Microphone, SoundSettings, Synthesizer};
+use sonel_sound::{Channels, Microphone, SoundSettings, Synthesizer};
 
 const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
 const DISTANCES: [f64; 6] = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
 const AXES: [DVec3; 3] = [DVec3::X, DVec3::Y, DVec3::new(0.6, 0.0, 0.8)];
 const SPEED: f64 = 343.0;
 const ROOM: SoundSettings =
-    SoundSettings { volume: Some(200.0), seed: 1, sample_rate_hz: 48_000, within: None };
+    SoundSettings { volume: Some(200.0), up: DVec3::Z, seed: 1, sample_rate_hz: 48_000, within: None };
 const PLACE: DVec3 = dvec3(5.0, 3.0, -1.0);
 const RATE: f64 = 48_000.0;
 /// Bins of 1 ms with late sound, as strong in each.
@@ -218,11 +218,11 @@ fn microphones_get_what_receivers_in_their_places_get() {
     for with_direct in [true, false] {
         let response = response(&places, with_direct);
         let synthesizer = Synthesizer::new(&response, ROOM);
-        let channels = synthesizer.array((0, 0), &array).unwrap();
+        let channels = synthesizer.heard((0, 0), Channels::Array(&array)).unwrap();
         for (r, channel) in channels.iter().enumerate() {
             let receiver = synthesizer.impulse_response(0, r + 1).unwrap();
-            // Where late sound begins and ends, waves come with their bin at the receiver.
-            let inside = if with_direct { 0..receiver.len() } else { 4900..19_000 };
+            // Where late sound begins and ends, waves come with their bin at the receiver; those are spread by milliseconds.
+            let inside = if with_direct { 0..receiver.len() } else { 6000..18_400 };
             let (mut difference, mut sum) = (0.0, 0.0);
             for at in inside {
                 difference += f64::from(channel[at] - receiver[at]).powi(2);
@@ -237,7 +237,9 @@ fn microphones_get_what_receivers_in_their_places_get() {
 #[test]
 fn arrays_that_cannot_be_are_named() {
     let synthesized = |microphone: Microphone, response: &Response| {
-        Synthesizer::new(response, ROOM).array((0, 0), &[microphone]).map_err(|error| error.to_string())
+        Synthesizer::new(response, ROOM)
+            .heard((0, 0), Channels::Array(&[microphone]))
+            .map_err(|error| error.to_string())
     };
     let response = response(&[PLACE], true);
     let eight = Microphone { pattern: Pattern::FigureEight, ..microphone(DVec3::ZERO) };
@@ -263,6 +265,10 @@ fn arrays_that_cannot_be_are_named() {
     let near = self::response(&[dvec3(0.3, 0.0, 0.0)], true);
     assert!(synthesized(microphone(dvec3(-0.295, 0.0, 0.0)), &near).unwrap_err().contains("from a source"));
     assert!(
-        Synthesizer::new(&near, ROOM).array((0, 0), &[]).unwrap_err().to_string().contains("no microphones")
+        Synthesizer::new(&near, ROOM)
+            .heard((0, 0), Channels::Array(&[]))
+            .unwrap_err()
+            .to_string()
+            .contains("no microphones")
     );
 }

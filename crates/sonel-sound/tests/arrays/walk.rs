@@ -5,7 +5,8 @@ use std::ops::ControlFlow;
 
 use glam::{DVec3, dvec3};
 use sonel_echogram::Response;
-use sonel_sound::{Listener, Path, SoundError, SoundSettings, Synthesizer, Waypoint, convolve, walk};
+use sonel_sound::ambisonics::Axes;
+use sonel_sound::{Channels, Path, SoundError, SoundSettings, Synthesizer, Waypoint, convolve, walk};
 
 use crate::{OCTAVES, PLACE, ROOM, SPEED, response};
 
@@ -37,7 +38,7 @@ fn heard(response: &Response, path: &Path, signal: &[f32]) -> Vec<f64> {
         response,
         SLOW,
         (0, path, SPACING),
-        Listener::Point,
+        Channels::Single,
         signal,
         &|| ControlFlow::Continue(()),
         |_, section| {
@@ -200,7 +201,7 @@ fn what_is_heard_does_not_know_the_sections() {
 fn walks_that_cannot_be_are_named() {
     let path = line(dvec3(-1.1, 0.0, 0.0), dvec3(1.4, 0.0, 0.0), 1.0);
     let response = along(&path, true, false);
-    let walked = |path: &Path, listener: Listener<'_>| {
+    let walked = |path: &Path, listener: Channels<'_>| {
         let nowhere = |_, _| Ok::<(), SoundError>(());
         walk(
             &response,
@@ -215,9 +216,9 @@ fn walks_that_cannot_be_are_named() {
         .to_string()
     };
     let still = line(PLACE, PLACE, 1.0);
-    assert!(walked(&still, Listener::Point).contains("6 receivers, the path has 1 places"));
-    assert!(walked(&path, Listener::Ambisonics(1, DVec3::Z)).contains("`directions`"));
-    assert!(walked(&path, Listener::Array(&[])).contains("no microphones"));
-    let through = walked(&path, Listener::Point);
+    assert!(walked(&still, Channels::Single).contains("6 receivers, the path has 1 places"));
+    assert!(walked(&path, Channels::Ambisonics(1, Axes::Scene)).contains("`directions`"));
+    assert!(walked(&path, Channels::Array(&[])).contains("no microphones"));
+    let through = walked(&path, Channels::Single);
     assert!(through.contains("less than 1 cm from a source"), "{through}");
 }
