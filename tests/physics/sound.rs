@@ -28,6 +28,8 @@ const OCTAVES: [(f64, f64); 8] = [
     (4000.0, 0.45),
     (8000.0, 0.3),
 ];
+const SETTINGS: SoundSettings =
+    SoundSettings { volume: None, up: DVec3::Z, seed: 1, sample_rate_hz: 48_000, within: None };
 /// Direct sound [m].
 const DISTANCE: f64 = 10.29;
 const SPEED: f64 = 343.0;
@@ -99,10 +101,9 @@ fn realisations(response: &Response, expected: &Response, volume: Option<f64>) -
     let found: Vec<(Vec<f64>, Response)> = (1..=REALISATIONS)
         .into_par_iter()
         .map(|seed| {
-            let pressure =
-                Synthesizer::new(response, SoundSettings { volume, seed, ..SoundSettings::default() })
-                    .impulse_response(0, 0)
-                    .expect("arrivals of the echogram");
+            let pressure = Synthesizer::new(response, SoundSettings { volume, seed, ..SETTINGS })
+                .impulse_response(0, 0)
+                .expect("arrivals of the echogram");
             let received = |filter| measured(response, (0, 0), &pressure, filter);
             (read(&received(Filter::Sharp), Parameter::Level), received(Filter::Smooth))
         })
@@ -200,8 +201,7 @@ fn furnished(size: [f64; 3], boxes: &[[DVec3; 2]], source: [f64; 3], receivers: 
 #[test]
 fn furnished_rooms_have_impulse_responses() {
     let heard = |response: &Response| {
-        let synthesizer =
-            Synthesizer::new(response, SoundSettings { volume: Some(50.0), ..SoundSettings::default() });
+        let synthesizer = Synthesizer::new(response, SoundSettings { volume: Some(50.0), ..SETTINGS });
         (0..response.receivers())
             .map(|r| synthesizer.impulse_response(0, r).map(drop))
             .collect::<Result<Vec<()>, _>>()

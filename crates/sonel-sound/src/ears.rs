@@ -31,7 +31,7 @@ pub(crate) struct Ears<'h> {
 impl<'h> Ears<'h> {
     /// Transforms the responses of a `head`.
     pub(crate) fn new(head: &'h Head) -> Self {
-        let responses = || head.responses().iter().flatten();
+        let responses = || head.responses.iter().flatten();
         let lead = responses().map(|response| (-response.first).max(0) as usize).max().unwrap_or(0);
         let ends = responses().map(|response| {
             response.delay.ceil() as usize + response.taps.len().saturating_add_signed(response.first)
@@ -46,7 +46,7 @@ impl<'h> Ears<'h> {
             }
             transform.spectrum(signal)
         };
-        let spectra = head.responses().iter().map(|ears| ears.iter().map(spectrum).collect()).collect();
+        let spectra = head.responses.iter().map(|ears| ears.iter().map(spectrum).collect()).collect();
         Self { head, transform, spectra, lead, end }
     }
 

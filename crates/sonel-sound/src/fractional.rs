@@ -39,23 +39,24 @@ const STEPS: usize = 512;
 /// Pulses at steps between samples, to read a signal between its samples.
 pub struct Table {
     /// [`STEPS`] + 1 pulses.
-    pulses: Vec<[f64; 2 * HALF]>,
+    pulses: Vec<[f32; 2 * HALF]>,
 }
 
 impl Table {
     /// The table.
     #[must_use]
     pub fn new() -> Self {
-        let mut pulses: Vec<_> = (0..STEPS).map(|step| pulse(step as f64 / STEPS as f64).1).collect();
+        let at = |step: usize| pulse(step as f64 / STEPS as f64).1.map(|value| value as f32);
+        let mut pulses: Vec<_> = (0..STEPS).map(at).collect();
         // The pulse on the next sample, with one value less before it and one more behind.
-        let mut last = pulse(0.0).1;
+        let mut last = pulses[0];
         last.rotate_right(1);
         pulses.push(last);
         Self { pulses }
     }
 
     /// First sample of the pulse `at` a time, the pulses in the table before and after it, and its place between them, 0 … 1.
-    fn around(&self, at: f64) -> (isize, &[f64; 2 * HALF], &[f64; 2 * HALF], f64) {
+    fn around(&self, at: f64) -> (isize, &[f32; 2 * HALF], &[f32; 2 * HALF], f64) {
         let whole = at.floor();
         let place = (at - whole) * STEPS as f64;
         let step = (place as usize).min(STEPS - 1);
@@ -67,30 +68,36 @@ impl Table {
     #[must_use]
     pub fn pulse(&self, at: f64) -> (isize, [f64; 2 * HALF]) {
         let (first, before, after, share) = self.around(at);
-        (first, std::array::from_fn(|index| before[index] + share * (after[index] - before[index])))
+        (
+            first,
+            std::array::from_fn(|index| {
+                let [before, after] = [before, after].map(|pulse| f64::from(pulse[index]));
+                before + share * (after - before)
+            }),
+        )
     }
 
-    /// The pulse of the table that is nearest to one `at` a time: off by at most 1/1024 of a sample.
+    /// The values of the pulse that is nearest to one `at` a time: off by at most 1/1024 of a sample.
     #[must_use]
-    pub fn nearest(&self, at: f64) -> (isize, &[f64; 2 * HALF]) {
-        let (first, before, after, share) = self.around(at);
-        (first, if share < 0.5 { before } else { after })
+    pub fn nearest(&self, at: f64) -> &[f32; 2 * HALF] {
+        let (_, before, after, share) = self.around(at);
+        if share < 0.5 { before } else { after }
     }
 
     /// A signal at the time `at` [samples], which lies [`HALF`] samples or more within it.
     #[must_use]
-    pub fn read(&self, signal: &[f64], at: f64) -> f64 {
+    pub fn read(&self, signal: &[f32], at: f64) -> f64 {
         let (first, before, after, share) = self.around(at);
         let samples = &signal[first as usize..][..2 * HALF];
-        let dot = |pulse: &[f64; 2 * HALF]| -> f64 {
-            // Four sums, so that the processor adds side by side.
-            let mut sums = [0.0; 4];
-            for (samples, pulse) in samples.chunks_exact(4).zip(pulse.chunks_exact(4)) {
+        let dot = |pulse: &[f32; 2 * HALF]| {
+            // Eight sums, so that the processor adds side by side.
+            let mut sums = [0.0_f32; 8];
+            for (samples, pulse) in samples.chunks_exact(8).zip(pulse.chunks_exact(8)) {
                 for (sum, (sample, value)) in sums.iter_mut().zip(samples.iter().zip(pulse)) {
                     *sum += sample * value;
                 }
             }
-            (sums[0] + sums[1]) + (sums[2] + sums[3])
+            f64::from(sums.iter().sum::<f32>())
         };
         let (before, after) = (dot(before), dot(after));
         before + share * (after - before)
@@ -111,13 +118,16 @@ mod tests {
     fn signals_are_read_between_their_samples() {
         let table = Table::new();
         let tone = |at: f64| (0.7 * PI * at).sin();
-        let signal: Vec<f64> = (0..200).map(|at| tone(f64::from(at))).collect();
+        let signal: Vec<f32> = (0..200).map(|at| tone(f64::from(at)) as f32).collect();
         for at in [40.0, 40.001, 41.3, 77.777, 99.9995, 150.5] {
             let found = table.read(&signal, at);
             assert!((found - tone(at)).abs() < 2e-3, "{at}: {found} instead of {}", tone(at));
             let (first, values) = pulse(at);
-            let exact: f64 =
-                values.iter().enumerate().map(|(index, value)| value * signal[first as usize + index]).sum();
+            let exact: f64 = values
+                .iter()
+                .enumerate()
+                .map(|(index, value)| value * f64::from(signal[first as usize + index]))
+                .sum();
             assert!((found - exact).abs() < 1e-5, "{at}: {found} instead of {exact}");
         }
     }

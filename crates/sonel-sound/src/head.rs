@@ -39,7 +39,7 @@ pub fn longest(sample_rate_hz: u32) -> usize {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Head {
     /// Left and right ear, or every microphone, for each measured direction, and for axes that are not measured.
-    responses: Vec<Vec<Aligned>>,
+    pub(crate) responses: Vec<Vec<Aligned>>,
     triangles: Triangles,
 }
 
@@ -87,11 +87,6 @@ impl Head {
     /// Weights of the directions around the unit vector `u`: x front, y left, z up.
     pub(crate) fn weights(&self, u: DVec3) -> Weights {
         self.triangles.weights(u)
-    }
-
-    /// Responses at every microphone for each direction that weights are of.
-    pub(crate) fn responses(&self) -> &[Vec<Aligned>] {
-        &self.responses
     }
 
     /// The response at a microphone for the unit vector `u`: x front, y left, z up.
@@ -200,7 +195,8 @@ fn converted(table: &Table, row: &[f64], [from, to]: [u32; 2]) -> Vec<f64> {
     if from < to {
         // A pulse of one sample is shorter at a higher rate: its spectrum stays.
         let silence = || std::iter::repeat_n(0.0, HALF);
-        let padded: Vec<f64> = silence().chain(row).chain(silence()).collect();
+        let padded = silence().chain(row).chain(silence()).map(|tap| tap as f32);
+        let padded: Vec<f32> = padded.collect();
         return (0..count).map(|at| table.read(&padded, at as f64 / ratio + HALF as f64) / ratio).collect();
     }
     let mut sum = vec![0.0; count + 4 * HALF];

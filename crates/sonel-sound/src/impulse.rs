@@ -19,11 +19,11 @@ use sonel_echogram::Response;
 use crate::ambisonics::Frame;
 use crate::crossover::Crossover;
 use crate::fractional::Table;
-use crate::plane_waves::{self, PlaneWave, PlaneWaves};
-use crate::pulses::Pulses;
+use crate::plane_waves::{PlaneWave, dispersion, waves};
+use crate::pulses::{self, Pulses};
 use crate::spots::{Channels, Spot};
 use crate::transform::{Spectrum, Transform, fast, through};
-use crate::{SAMPLE_RATE_HZ, SoundError, fractional, head, microphones};
+use crate::{SoundError, fractional, head, microphones};
 
 /// How impulse responses are made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,12 +38,6 @@ pub struct SoundSettings {
     pub sample_rate_hz: u32,
     /// How long after direct sound arrivals and waves are kept [s]: 0 leaves direct sound alone. By default all are.
     pub within: Option<f64>,
-}
-
-impl Default for SoundSettings {
-    fn default() -> Self {
-        Self { volume: None, up: DVec3::Z, seed: 1, sample_rate_hz: SAMPLE_RATE_HZ, within: None }
-    }
 }
 
 /// How far a listener may be beyond the receivers [m].
@@ -81,7 +75,7 @@ impl<'a> Synthesizer<'a> {
         let length = fast(samples + 2 * padding);
         let (step_hz, count) = (rate / length as f64, length / 2 + 1);
         let crossover = Crossover::new(&response.center_frequency_hz, step_hz, count);
-        let dispersion = plane_waves::dispersion(step_hz, count);
+        let dispersion = dispersion(step_hz, count);
         let transform = Transform::new(length);
         let table = Table::new();
         let step = &|| ControlFlow::Continue(());
@@ -172,9 +166,15 @@ impl<'a> Synthesizer<'a> {
     }
 
     fn pulses(&self, (s, r): (usize, usize)) -> Result<Pulses, SoundError> {
-        let mut pulses = Pulses::new(self.response, (s, r), self.waves())?;
+        let mut pulses = Pulses::of_arrivals(self.response, (s, r))?;
+        let late = std::mem::take(&mut pulses.late);
+        let place = DVec3::from(self.response.receiver_positions[r]);
+        pulses.add_waves(self.response, s, (place, &[(1.0, &late)]), self.waves());
         if let Some(within) = self.settings.within {
-            pulses.end_at(self.response.direct_time(s, r) + within);
+            // Sums in another order differ by rounding.
+            let end = (self.response.direct_time(s, r) + within) * (1.0 + pulses::ROUNDING);
+            let late = pulses.gain.iter_mut().zip(&pulses.time).filter(|(_, time)| **time > end);
+            late.for_each(|(gain, _)| *gain = 0.0);
         }
         Ok(pulses)
     }
@@ -193,8 +193,7 @@ impl<'a> Synthesizer<'a> {
             let margin = (distance + MARGIN) / response.speed_of_sound;
             let ends = [response.time_edges_s.first(), response.time_edges_s.last()];
             let [first, last] = ends.map(|end| end.copied().unwrap_or(0.0));
-            let waves = PlaneWaves::new(seed, volume, response.speed_of_sound);
-            waves.between(first - margin, last + margin).collect()
+            waves(first - margin..last + margin, seed, volume, response.speed_of_sound).collect()
         };
         self.waves.get_or_init(draw)
     }
@@ -217,18 +216,14 @@ impl<'a> Synthesizer<'a> {
         let mut sum = Vec::new();
         for &pulse in alike {
             let (at, gain) = (self.place(pulses, pulse), gain(pulse) * pulses.gain[pulse]);
-            let mut add = |first: isize, values: &[f64]| {
-                let first = (first - begin) as usize;
-                sum.resize(sum.len().max(first + values.len()), 0.0);
-                sum[first..].iter_mut().zip(values).for_each(|(sum, value)| *sum += gain * value);
-            };
+            let first = (at.floor() as isize + 1 - fractional::HALF as isize - begin) as usize;
+            sum.resize(sum.len().max(first + 2 * fractional::HALF), 0.0);
+            let places = sum[first..].iter_mut();
             // Those of late sound are too many to be exact.
             if pulse < pulses.listed {
-                let (first, values) = fractional::pulse(at);
-                add(first, &values);
+                places.zip(fractional::pulse(at).1).for_each(|(sum, value)| *sum += gain * value);
             } else {
-                let (first, values) = self.table.nearest(at);
-                add(first, values);
+                places.zip(self.table.nearest(at)).for_each(|(sum, value)| *sum += gain * f64::from(*value));
             }
         }
         (begin, sum)
@@ -268,7 +263,7 @@ impl<'a> Synthesizer<'a> {
         for alike in by_shape {
             self.go_on()?;
             let (begin, sum) = sum_of(alike);
-            let shape = pulses.shape(pulses.shape[alike[0]] as usize, bands);
+            let shape = &pulses.shapes[pulses.shape[alike[0]] as usize * bands..][..bands];
             let first = self.padding.saturating_add_signed(begin);
             for (train, amplitude) in trains.iter_mut().zip(shape) {
                 train[first..].iter_mut().zip(&sum).for_each(|(all, value)| *all += amplitude * value);
@@ -286,8 +281,8 @@ impl<'a> Synthesizer<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Head;
     use crate::ambisonics::Axes;
+    use crate::{Head, SAMPLE_RATE_HZ};
     use realfft::RealFftPlanner;
     use sonel_echogram::{Arrivals, Directions, Lateral};
     use std::f64::consts::PI;
@@ -414,13 +409,12 @@ mod tests {
                 order: vec![1; count],
                 kind: vec![1; count],
             };
-            let waves: Vec<_> = PlaneWaves::new(1, None, 343.0).between(0.0, 0.2).collect();
-            let pulses = Pulses::new(&response, (0, 0), &waves).unwrap();
+            let pulses = Synthesizer::new(&response, ROOM).pulses((0, 0)).unwrap();
             assert_eq!(pulses.time.len(), count, "rounding is no sound");
             // An arrival that the bin has not is still an error.
             let before = response.energy[12];
             response.energy[12] = before * 0.999_999;
-            assert!(Pulses::new(&response, (0, 0), &waves).is_err());
+            assert!(Synthesizer::new(&response, ROOM).pulses((0, 0)).is_err());
         }
     }
 
@@ -453,7 +447,7 @@ mod tests {
     fn another_seed_is_another_realisation_and_the_same_seed_the_same() {
         let response = response([0.001; 3], [0.002; 3]);
         let realise = |seed| {
-            Synthesizer::new(&response, SoundSettings { seed, ..SoundSettings::default() })
+            Synthesizer::new(&response, SoundSettings { seed, volume: None, ..ROOM })
                 .impulse_response(0, 0)
                 .unwrap()
         };
@@ -499,7 +493,7 @@ mod tests {
         let response = directed([0.001; 3], [0.002; 3]);
         let mut sums = [0.0; 4];
         for seed in 0..100 {
-            let channels = Synthesizer::new(&response, SoundSettings { seed, ..SoundSettings::default() })
+            let channels = Synthesizer::new(&response, SoundSettings { seed, volume: None, ..ROOM })
                 .heard((0, 0), FIRST_ORDER)
                 .unwrap();
             for (sum, channel) in sums.iter_mut().zip(&channels) {
@@ -547,8 +541,7 @@ mod tests {
     #[test]
     fn ambisonics_need_directions() {
         let response = response([0.001; 3], [0.0; 3]);
-        let error =
-            Synthesizer::new(&response, SoundSettings::default()).heard((0, 0), FIRST_ORDER).unwrap_err();
+        let error = Synthesizer::new(&response, ROOM).heard((0, 0), FIRST_ORDER).unwrap_err();
         assert!(error.to_string().contains("`directions`"), "{error}");
     }
 
@@ -556,10 +549,7 @@ mod tests {
     fn arrivals_that_are_not_in_the_echogram_are_refused() {
         let mut response = response([0.001; 3], [0.002; 3]);
         response.arrivals.energy[1] = 0.01;
-        let error = Synthesizer::new(&response, SoundSettings::default())
-            .impulse_response(0, 0)
-            .unwrap_err()
-            .to_string();
+        let error = Synthesizer::new(&response, ROOM).impulse_response(0, 0).unwrap_err().to_string();
         assert!(error.contains("\"seat\"") && error.contains("0.012292"), "{error}");
     }
 }

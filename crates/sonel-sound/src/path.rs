@@ -116,25 +116,6 @@ impl Path {
         let length = self.lengths[after - 1] + share * (self.lengths[after] - self.lengths[after - 1]);
         (begin.position + share * (end.position - begin.position), length)
     }
-
-    /// Times between which the listener is within these lengths of the path [s], which rise; infinite where the path begins or ends within them.
-    #[must_use]
-    pub fn times(&self, low: f64, high: f64) -> (f64, f64) {
-        let time = |length: f64, after: usize| {
-            if after == 0 {
-                return f64::NEG_INFINITY;
-            }
-            if after == self.lengths.len() {
-                return f64::INFINITY;
-            }
-            let (before, behind) = (self.points[after - 1].time, self.points[after].time);
-            let share = (length - self.lengths[after - 1]) / (self.lengths[after] - self.lengths[after - 1]);
-            before + share * (behind - before)
-        };
-        let first = self.lengths.partition_point(|length| *length < low);
-        let last = self.lengths.partition_point(|length| *length <= high);
-        (time(low, first), time(high, last))
-    }
 }
 
 #[cfg(test)]
@@ -173,13 +154,6 @@ mod tests {
         assert!(path.place(-0.5).distance(dvec3(-0.5, 0.0, 0.0)) < 1e-12);
         assert!(path.place(3.5).distance(dvec3(2.0, 1.5, 0.0)) < 1e-12);
         assert_eq!((path.pieces(0.7), path.places(0.7).len()), (5, 6));
-        let close = |(first, last): (f64, f64), (begin, end): (f64, f64)| {
-            (first - begin).abs() < 1e-12 && (last - end).abs() < 1e-12
-        };
-        assert!(close(path.times(1.0, 2.5), (1.5, 5.5)));
-        // The rest belongs to either side of its place.
-        assert!(close(path.times(2.0, 2.5), (2.0, 5.5)) && close(path.times(1.0, 2.0), (1.5, 5.0)));
-        assert_eq!(path.times(-0.5, 3.5), (f64::NEG_INFINITY, f64::INFINITY));
     }
 
     #[test]

@@ -15,6 +15,7 @@
 //! References: [Cook1955], [Kuttruff2009], [Schroeder1962] (docs/references.md).
 
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 use glam::DVec3;
 use realfft::num_complex::Complex;
@@ -41,33 +42,21 @@ pub struct PlaneWave {
     pub is_spread: bool,
 }
 
-/// The waves of all sources.
-#[derive(Debug, Clone, Copy)]
-pub struct PlaneWaves {
-    family: StreamFamily,
-    /// Waves per second over the square of the time in seconds [1/s³]; [`None`] where all are left.
-    growth: Option<f64>,
-}
-
-impl PlaneWaves {
-    /// Waves in a room of so many m³; without a volume all are left.
-    #[must_use]
-    pub fn new(seed: u64, volume: Option<f64>, speed_of_sound: f64) -> Self {
-        let growth = volume.map(|volume| 4.0 * PI * libm::pow(speed_of_sound, 3.0) / volume);
-        Self { family: StreamFamily::new(seed, Purpose::Pulse, [0; 4]), growth }
-    }
-
-    /// The waves that pass the source in the time from `begin` to `end`, and some a little earlier and later [s].
-    pub fn between(self, begin: f64, end: f64) -> impl Iterator<Item = PlaneWave> {
-        let number = |time: f64| libm::floor(time * DENSEST) as i64;
-        (number(begin)..=number(end)).filter_map(move |number| self.wave(number))
-    }
-
-    /// Wave of a `number`, where it is left.
-    fn wave(self, number: i64) -> Option<PlaneWave> {
-        let mut stream = self.family.stream(number.cast_unsigned());
+/// The waves that pass a source in a time [s], and some a little earlier and later, in a room of so many m³; without a volume all are left.
+pub fn waves(
+    time: Range<f64>,
+    seed: u64,
+    volume: Option<f64>,
+    speed_of_sound: f64,
+) -> impl Iterator<Item = PlaneWave> {
+    // Waves per second over the square of the time in seconds [1/s³].
+    let growth = volume.map(|volume| 4.0 * PI * libm::pow(speed_of_sound, 3.0) / volume);
+    let family = StreamFamily::new(seed, Purpose::Pulse, [0; 4]);
+    let [first, last] = [time.start, time.end].map(|time| libm::floor(time * DENSEST) as i64);
+    (first..=last).filter_map(move |number| {
+        let mut stream = family.stream(number.cast_unsigned());
         let time = (number as f64 + stream.uniform_fine()) / DENSEST;
-        let expected = self.growth.map(|growth| growth * time * time);
+        let expected = growth.map(|growth| growth * time * time);
         let density = expected.map_or(DENSEST, |expected| expected.clamp(SPARSEST, DENSEST));
         let is_left = stream.uniform_fine() * DENSEST < density;
         is_left.then(|| PlaneWave {
@@ -77,7 +66,7 @@ impl PlaneWaves {
             density,
             is_spread: expected.is_some_and(|expected| expected > DENSEST),
         })
-    }
+    })
 }
 
 /// Delays of the all-pass filters that spread a wave [s].
@@ -105,6 +94,7 @@ pub(crate) fn dispersion(step_hz: f64, count: usize) -> Vec<Complex<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::transform::Transform;
 
     /// Within four standard deviations of a sum of Bernoulli variables, at most the root of the number.
     #[test]
@@ -117,7 +107,7 @@ mod tests {
             (0.058_25, Some(200.0), 10_143.0),
             (-0.3, Some(200.0), 48_000.0),
         ] {
-            let found = PlaneWaves::new(1, volume, 343.0).between(time, time + 0.01).count() as f64;
+            let found = waves(time..time + 0.01, 1, volume, 343.0).count() as f64;
             let expected: f64 = 0.01 * expected;
             assert!(
                 (found - expected).abs() < 4.0 * expected.sqrt() + 1.0,
@@ -128,14 +118,37 @@ mod tests {
 
     #[test]
     fn a_wave_is_the_same_in_whatever_interval_it_is_found() {
-        let waves = PlaneWaves::new(1, Some(200.0), 343.0);
-        let early: Vec<PlaneWave> = waves.between(-0.01, 0.05).collect();
-        let late: Vec<PlaneWave> = waves.between(0.0, 0.1).collect();
+        let of = |seed, time| waves(time, seed, Some(200.0), 343.0).collect::<Vec<PlaneWave>>();
+        let (early, late) = (of(1, -0.01..0.05), of(1, 0.0..0.1));
         let common = |wave: &&PlaneWave| (0.0001..0.0499).contains(&wave.time);
         assert_eq!(
             early.iter().filter(common).collect::<Vec<_>>(),
             late.iter().filter(common).collect::<Vec<_>>()
         );
-        assert_ne!(late, PlaneWaves::new(2, Some(200.0), 343.0).between(0.0, 0.1).collect::<Vec<_>>());
+        assert_ne!(late, of(2, 0.0..0.1));
+    }
+
+    /// A pulse keeps its spectrum and its time, to 0.01 ms, and has a twentieth of the excess kurtosis; one that is delayed alone has all of it.
+    #[test]
+    fn a_spread_pulse_keeps_spectrum_and_time() {
+        let (count, rate) = (1 << 14, 48_000.0);
+        let transform = Transform::new(count);
+        let moments = |gains: Vec<Complex<f64>>| {
+            assert!(gains.iter().all(|gain| (gain.norm() - 1.0).abs() < 1e-9));
+            let signal = transform.signal(gains);
+            let sum = |of: &dyn Fn(f64, f64) -> f64| {
+                let time = |at: usize| (at as f64 - if 2 * at < count { 0.0 } else { count as f64 }) / rate;
+                signal.iter().enumerate().map(|(at, value)| of(time(at), *value)).sum::<f64>()
+            };
+            let energy = sum(&|_, value| value.powi(2));
+            assert!((energy - 1.0).abs() < 1e-3, "{energy}");
+            (sum(&|time, value| time * value.powi(2)), sum(&|_, value| value.powi(4)))
+        };
+        let (step, lines) = (rate / count as f64, count / 2 + 1);
+        let (time, fourth) = moments(dispersion(step, lines));
+        assert!(time.abs() < 1e-5 && fourth < 0.05, "{time} s, {fourth}");
+        let turn = |line: usize| Complex::from_polar(1.0, -TAU * line as f64 * step * 0.001);
+        let (time, fourth) = moments((0..lines).map(turn).collect());
+        assert!((time - 0.001).abs() < 1e-5 && fourth > 0.9, "{time} s, {fourth}");
     }
 }

@@ -21,7 +21,7 @@ use crate::plane_waves::{PlaneWave, SPARSEST};
 /// Squared amplitude of a pulse for a fluence of 1/m²: 4π, so that direct sound is 1/r.
 const PRESSURE_OF_FLUENCE: f64 = 4.0 * std::f64::consts::PI;
 /// Sums in another order differ by less than this part of all that they sum.
-const ROUNDING: f64 = 1e-9;
+pub(crate) const ROUNDING: f64 = 1e-9;
 
 /// What a time bin holds beside listed arrivals.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,18 +58,6 @@ pub struct Pulses {
 }
 
 impl Pulses {
-    /// Pulses of source `s` at receiver `r`, whose late sound comes with these `waves`, all that reach it.
-    ///
-    /// # Errors
-    /// When listed arrivals are not part of the echogram.
-    pub fn new(response: &Response, (s, r): (usize, usize), waves: &[PlaneWave]) -> Result<Self, SoundError> {
-        let mut pulses = Self::of_arrivals(response, (s, r))?;
-        let late = std::mem::take(&mut pulses.late);
-        let place = DVec3::from_array(response.receiver_positions[r]);
-        pulses.add_waves(response, s, (place, &[(1.0, &late)]), waves);
-        Ok(pulses)
-    }
-
     /// The listed arrivals alone, with the late sound that waves are to be drawn from.
     ///
     /// # Errors
@@ -147,21 +135,6 @@ impl Pulses {
             self.is_spread.push(wave.is_spread);
             self.direction.push(known[number / 2].1.map_or(wave.towards, |lean| lean.of(wave.towards)));
         }
-    }
-
-    /// Silences what comes after a time [s].
-    pub(crate) fn end_at(&mut self, time: f64) {
-        let end = time * (1.0 + ROUNDING);
-        self.gain
-            .iter_mut()
-            .zip(&self.time)
-            .filter(|(_, time)| **time > end)
-            .for_each(|(gain, _)| *gain = 0.0);
-    }
-
-    /// Amplitudes of a shape in every band.
-    pub(crate) fn shape(&self, number: usize, bands: usize) -> &[f64] {
-        &self.shapes[number * bands..(number + 1) * bands]
     }
 
     /// Adds the listed arrivals and takes their energy out of `rest`, the echogram of every band, and out of the moments.

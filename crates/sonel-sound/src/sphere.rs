@@ -145,13 +145,15 @@ mod tests {
         // A Hann window of 16 samples takes the ringing of the band limit.
         let window: Vec<f64> = (1..16).map(|at| 1.0 - (TAU * f64::from(at) / 16.0).cos()).collect();
         let product = |taps: &[f64]| taps.iter().zip(&window).map(|(tap, weight)| tap * weight).sum::<f64>();
-        let taps: Vec<f64> = taps.windows(window.len()).map(product).collect();
-        let peak = taps.iter().fold(0.0_f64, |peak, tap| peak.max(tap.abs()));
+        let taps: Vec<f32> = taps.windows(window.len()).map(|taps| product(taps) as f32).collect();
+        let peak = taps.iter().fold(0.0_f32, |peak, tap| peak.max(tap.abs()));
         let (table, steps) = (fractional::Table::new(), 100_usize);
-        let near = taps.iter().position(|tap| tap.abs() > ONSET * peak).expect("a peak") - 1;
+        let near =
+            taps.iter().position(|tap| f64::from(tap.abs()) > ONSET * f64::from(peak)).expect("a peak") - 1;
         let at = |step: usize| near as f64 + step as f64 / steps as f64;
-        let step =
-            (0..2 * steps).find(|step| table.read(&taps, at(*step)).abs() > ONSET * peak).expect("a peak");
+        let step = (0..2 * steps)
+            .find(|step| table.read(&taps, at(*step)).abs() > ONSET * f64::from(peak))
+            .expect("a peak");
         at(step) * 1e6 / f64::from(SAMPLE_RATE_HZ)
     }
 

@@ -65,7 +65,7 @@ impl<'a> Spot<'a> {
             Channels::Ambisonics(order, _) => vec![Self::Ambisonics(order)],
             Channels::Ears(head) => {
                 let ears = Arc::new(Ears::new(head));
-                (0..head.responses()[0].len()).map(|ear| Self::Ear(Arc::clone(&ears), ear)).collect()
+                (0..head.responses[0].len()).map(|ear| Self::Ear(Arc::clone(&ears), ear)).collect()
             }
             Channels::Array(array) => {
                 microphones::check(response, array)?;

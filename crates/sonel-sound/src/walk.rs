@@ -13,7 +13,7 @@
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
-use std::sync::LazyLock;
+use std::sync::OnceLock;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -67,16 +67,26 @@ pub fn walk<E: From<SoundError>>(
     // What is heard at a time was sent within the response and the ringing of the filters before it.
     let (ringing, before) = (synthesizer.padding, synthesizer.samples + 2 * synthesizer.padding);
     let length = (4 * before).next_multiple_of(BLOCK).max(SECTION);
-    let mut walked =
-        Walk { response, s, path, channels, places, signal, first: 0, section: 0..0, synthesizer };
+    let mut walked = Walk {
+        response,
+        s,
+        path,
+        channels,
+        places,
+        signal,
+        first: 0,
+        bands: OnceLock::new(),
+        section: 0..0,
+        synthesizer,
+    };
     for begin in (0..samples.max(1)).step_by(length) {
         walked.section = begin..samples.min(begin + length);
         walked.first = begin.saturating_sub(before).min(signal.len());
         walked.signal = &signal[walked.first..signal.len().min(walked.section.end + ringing)];
-        let bands = LazyBands::new(Box::new(|| walked.bands()));
+        walked.bands = OnceLock::new();
         let mut sums = Vec::new();
         for spot in &spots {
-            let mut own = walked.early(spot, &bands)?;
+            let mut own = walked.early(spot)?;
             walked.add_late(spot, &mut own)?;
             sums.extend(own);
         }
@@ -84,9 +94,6 @@ pub fn walk<E: From<SoundError>>(
     }
     Ok(())
 }
-
-/// The signal in every band, made when it is first read.
-type LazyBands<'a> = LazyLock<Vec<Vec<f32>>, Box<dyn FnOnce() -> Vec<Vec<f32>> + Send + 'a>>;
 
 struct Walk<'a> {
     response: &'a Response,
@@ -98,6 +105,8 @@ struct Walk<'a> {
     /// What is heard of the signal in the section, and the number of its first sample.
     signal: &'a [f32],
     first: usize,
+    /// The signal in every band, made when it is first read.
+    bands: OnceLock<Vec<Vec<f32>>>,
     /// Samples that are heard.
     section: Range<usize>,
     synthesizer: Synthesizer<'a>,
@@ -126,7 +135,7 @@ impl Walk<'_> {
     }
 
     /// The signal in every band, with the padding of the synthesizer about it.
-    fn bands(&self) -> Vec<Vec<f32>> {
+    fn in_bands(&self) -> Vec<Vec<f32>> {
         let padding = self.synthesizer.padding;
         let length = fast(self.signal.len() + 2 * padding);
         let transform = Transform::new(length);
@@ -142,8 +151,8 @@ impl Walk<'_> {
         (0..self.response.bands()).map(of_band).collect()
     }
 
-    /// Listed arrivals in the channels of a spot; `bands` are those of the signal.
-    fn early(&self, spot: &Spot<'_>, bands: &LazyBands<'_>) -> Result<Vec<Vec<f64>>, SoundError> {
+    /// Listed arrivals in the channels of a spot.
+    fn early(&self, spot: &Spot<'_>) -> Result<Vec<Vec<f64>>, SoundError> {
         let mut sums = vec![vec![0.0; self.section.len()]; spot.channels()];
         let blocks: Vec<usize> = self.section.clone().step_by(BLOCK).collect();
         let stands = |begin: &usize| self.at((begin + BLOCK) as isize).1 <= self.at(*begin as isize).1;
@@ -153,7 +162,7 @@ impl Walk<'_> {
                 let end = self.section.end.min(begin + stretch.len() * BLOCK);
                 vec![(begin, self.standing(begin..end, spot)?)]
             } else {
-                let block = |begin: &usize| Ok((*begin, self.block(*begin, spot, bands)?));
+                let block = |begin: &usize| Ok((*begin, self.block(*begin, spot)?));
                 stretch.par_iter().map(block).collect::<Result<_, SoundError>>()?
             };
             for (begin, channels) in parts {
@@ -197,12 +206,7 @@ impl Walk<'_> {
     }
 
     /// The samples of a block in the channels of a spot: with the filters of directions where it begins and where it ends, faded.
-    fn block(
-        &self,
-        begin: usize,
-        spot: &Spot<'_>,
-        bands: &LazyBands<'_>,
-    ) -> Result<Vec<Vec<f64>>, SoundError> {
+    fn block(&self, begin: usize, spot: &Spot<'_>) -> Result<Vec<Vec<f64>>, SoundError> {
         self.synthesizer.go_on()?;
         let [before, behind] = spot.reach();
         // One more, where the next block begins.
@@ -212,9 +216,8 @@ impl Walk<'_> {
         let frames = ends.map(|(_, along)| self.frame(along));
         let range = |of: fn(f64, f64) -> f64| places.iter().map(|place| place.1).reduce(of).unwrap_or(0.0);
         let (first, last) = (range(f64::min).floor() as usize, range(f64::max).ceil() as usize);
-        let mut sums = vec![[0, 1].map(|_| vec![0.0; BLOCK]); spot.channels()];
+        let mut sums = vec![[0, 1].map(|_| vec![0.0_f32; BLOCK]); spot.channels()];
         let share = |at: usize| (at as f64 - before as f64) / BLOCK as f64;
-        let mut mixed = Vec::new();
         for index in first..=last {
             let pulses = &self.places[index];
             let shapes = pulses.shapes.chunks_exact(self.response.bands());
@@ -224,7 +227,7 @@ impl Walk<'_> {
                     - spot.offset();
                 let filters = [0, 1].map(|end| spot.filters(&frames[end], (image - ends[end].0).normalize()));
                 let [lag, later] = filters.each_ref().map(|channels| channels[0].delay);
-                let mut read = Vec::with_capacity(places.len());
+                let mut reading = Vec::with_capacity(places.len());
                 for (at, (position, along)) in places.iter().enumerate() {
                     let (sample, own) = (begin as f64 + at as f64 - before as f64, image.distance(*position));
                     if own < CLOSEST {
@@ -233,35 +236,50 @@ impl Walk<'_> {
                     let weight = (1.0 - (along - index as f64).abs()).max(0.0);
                     let lag = lag + share(at).clamp(-1.0, 2.0) * (later - lag);
                     let delay = own / self.response.speed_of_sound * self.rate() + lag;
-                    let sent = sample - delay + self.synthesizer.padding as f64 - self.first as f64;
-                    read.push((sent, weight * length / own));
+                    reading.push((sample - delay, weight * length / own));
                 }
-                let sent = || read.iter().map(|(sent, _)| *sent);
-                let low = sent().fold(f64::INFINITY, f64::min).floor() as i64 - HALF as i64;
-                let high = sent().fold(f64::NEG_INFINITY, f64::max).floor() as i64 + HALF as i64 + 1;
-                if read.iter().all(|(_, gain)| *gain <= 0.0)
-                    || !mix(&mut mixed, (low, high), bands, amplitude)
-                {
-                    continue;
-                }
-                let heard =
-                    read.iter().map(|(at, gain)| gain * self.synthesizer.table.read(&mixed, at - low as f64));
-                let heard: Vec<f64> = heard.collect();
+                let Some(heard) = self.read(&reading, amplitude) else { continue };
                 for (end, filters) in filters.iter().enumerate() {
                     for (sums, filter) in sums.iter_mut().zip(filters) {
                         for (place, tap) in (filter.first..).zip(&filter.taps) {
-                            let heard = &heard[before.saturating_add_signed(-place)..];
-                            sums[end].iter_mut().zip(heard).for_each(|(sum, sample)| *sum += tap * sample);
+                            let heard = heard[before.saturating_add_signed(-place)..].iter();
+                            let places = sums[end].iter_mut();
+                            places.zip(heard).for_each(|(sum, sample)| *sum += *tap as f32 * sample);
                         }
                     }
                 }
             }
         }
-        let faded = |[begin, end]: [Vec<f64>; 2]| {
+        let faded = |[begin, end]: [Vec<f32>; 2]| {
             let pairs = begin.into_iter().zip(end).enumerate();
-            pairs.map(|(at, (begin, end))| begin + share(before + at) * (end - begin)).collect()
+            pairs
+                .map(|(at, (begin, end))| f64::from(begin) + share(before + at) * f64::from(end - begin))
+                .collect()
         };
         Ok(sums.into_iter().map(faded).collect())
+    }
+
+    /// The signal with these amplitudes in bands at times of it [samples], each with a gain; none where that is silence.
+    fn read(&self, reading: &[(f64, f64)], amplitude: &[f64]) -> Option<Vec<f32>> {
+        let bands = self.bands.get_or_init(|| self.in_bands());
+        let offset = self.synthesizer.padding as f64 - self.first as f64;
+        let times = || reading.iter().map(|(time, _)| time + offset);
+        let low = times().fold(f64::INFINITY, f64::min).floor() as i64 - HALF as i64;
+        let high = times().fold(f64::NEG_INFINITY, f64::max).floor() as i64 + HALF as i64 + 1;
+        let [begin, end] = [low, high].map(|place| place.clamp(0, bands[0].len() as i64));
+        if begin >= end || reading.iter().all(|(_, gain)| *gain <= 0.0) {
+            return None;
+        }
+        let mut mixed = vec![0.0; (high - low) as usize];
+        for (band, amplitude) in bands.iter().zip(amplitude) {
+            let places = mixed[(begin - low) as usize..].iter_mut();
+            let samples = &band[begin as usize..end as usize];
+            places.zip(samples).for_each(|(sum, sample)| *sum += *amplitude as f32 * sample);
+        }
+        let heard = |(time, gain): (f64, &(f64, f64))| {
+            gain.1 * self.synthesizer.table.read(&mixed, time - low as f64)
+        };
+        Some(times().zip(reading).map(|pair| heard(pair) as f32).collect())
     }
 
     /// Adds late sound to the channels of a spot.
@@ -271,42 +289,33 @@ impl Walk<'_> {
         let step = length / steps.max(1) as f64;
         let equalizer = (steps > 0).then(|| self.equalizer(step));
         let numbers = if steps > 0 { -1..steps as i64 + 2 } else { 0..1 };
+        let at = |sample: usize| self.path.at(self.path.begin() + sample as f64 / self.rate()).1;
+        let lengths: Vec<f64> = self.section.clone().map(at).collect();
         let parts: Vec<(usize, Vec<Vec<f64>>)> = numbers
             .into_par_iter()
             .map(|number| {
                 self.synthesizer.go_on()?;
                 let along = number as f64 * step;
-                let (low, high) = (along - REACH * step, along + REACH * step);
-                let (begin, end) = self.heard(low, high);
+                let begin = lengths.partition_point(|length| *length < along - REACH * step);
+                let end = lengths.partition_point(|length| *length <= along + REACH * step);
                 if begin >= end {
                     return Ok((0, vec![Vec::new(); sums.len()]));
                 }
-                let weight = |sample: usize| {
-                    let (_, found) = self.path.at(self.path.begin() + sample as f64 / self.rate());
-                    let off = (found - along) / (REACH * step);
-                    if steps == 0 { 1.0 } else { window(off) }
-                };
-                let weights: Vec<f64> = (begin..end).map(weight).collect();
                 let responses = self.late_responses(spot, along, equalizer.as_deref())?;
                 let of_channel = |response: Vec<f32>| {
-                    let heard = self.convolved(&(begin..end), 0, response);
-                    weights.iter().zip(heard).map(|(weight, sample)| weight * sample).collect()
+                    let samples = self.section.start + begin..self.section.start + end;
+                    let heard = self.convolved(&samples, 0, response).into_iter().zip(&lengths[begin..]);
+                    let weight =
+                        |length| if steps == 0 { 1.0 } else { window((length - along) / (REACH * step)) };
+                    heard.map(|(sample, length)| weight(*length) * sample).collect()
                 };
-                Ok((begin - self.section.start, responses.into_iter().map(of_channel).collect()))
+                Ok((begin, responses.into_iter().map(of_channel).collect()))
             })
             .collect::<Result<_, SoundError>>()?;
         for (begin, channels) in parts {
             add(sums, begin, channels);
         }
         Ok(())
-    }
-
-    /// Samples of the section at which the listener is between two lengths of the path.
-    fn heard(&self, low: f64, high: f64) -> (usize, usize) {
-        let (begin, end) = self.path.times(low, high);
-        let sample = |time: f64| ((time - self.path.begin()) * self.rate()).max(0.0);
-        let within = |sample: usize| sample.clamp(self.section.start, self.section.end);
-        (within(sample(begin) as usize), within((sample(end).ceil() as usize).saturating_add(1)))
     }
 
     /// Late responses of all channels of a spot after a length of the path; empty ones where there is no late sound.
@@ -363,21 +372,4 @@ fn add(sums: &mut [Vec<f64>], begin: usize, channels: Vec<Vec<f64>>) {
 /// Weight of a response whose place is `off` half widths away: four of them add up to 1.
 fn window(off: f64) -> f64 {
     if off.abs() < 1.0 { 0.25 * (1.0 + libm::cos(PI * off)) } else { 0.0 }
-}
-
-/// The samples `low` up to `high` of the sum of bands with these amplitudes, silence beyond their ends; whether there are any.
-fn mix(mixed: &mut Vec<f64>, (low, high): (i64, i64), bands: &[Vec<f32>], amplitude: &[f64]) -> bool {
-    let length = bands.first().map_or(0, Vec::len) as i64;
-    mixed.clear();
-    mixed.resize((high - low).max(0) as usize, 0.0);
-    let (begin, end) = (low.clamp(0, length), high.clamp(0, length));
-    if begin >= end {
-        return false;
-    }
-    let target = &mut mixed[(begin - low) as usize..(end - low) as usize];
-    for (band, amplitude) in bands.iter().zip(amplitude) {
-        let samples = &band[begin as usize..end as usize];
-        target.iter_mut().zip(samples).for_each(|(sum, sample)| *sum += amplitude * f64::from(*sample));
-    }
-    true
 }

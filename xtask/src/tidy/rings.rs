@@ -28,8 +28,8 @@ const RINGS: [Ring; 6] = [
         ],
     ),
     ("results", 7_530, &["crates/sonel-analysis/", "crates/sonel-design/", "crates/sonel-drawing/"]),
-    ("sound", 2_170, &["crates/sonel-sound/"]),
-    ("face", 6_900, &["crates/sonel/"]),
+    ("sound", 2_195, &["crates/sonel-sound/"]),
+    ("face", 6_875, &["crates/sonel/"]),
     ("programs", 7_100, &["tools/"]),
     ("binding", 1_100, &["python/"]),
 ];
