@@ -7,6 +7,7 @@
 
 use std::f64::consts::PI;
 
+use glam::Vec4;
 use realfft::num_complex::Complex;
 
 /// Samples on either side of a pulse.
@@ -90,14 +91,9 @@ impl Table {
         let (first, before, after, share) = self.around(at);
         let samples = &signal[first as usize..][..2 * HALF];
         let dot = |pulse: &[f32; 2 * HALF]| {
-            // Eight sums, so that the processor adds side by side.
-            let mut sums = [0.0_f32; 8];
-            for (samples, pulse) in samples.chunks_exact(8).zip(pulse.chunks_exact(8)) {
-                for (sum, (sample, value)) in sums.iter_mut().zip(samples.iter().zip(pulse)) {
-                    *sum += sample * value;
-                }
-            }
-            f64::from(sums.iter().sum::<f32>())
+            let pairs = samples.as_chunks::<4>().0.iter().zip(pulse.as_chunks::<4>().0);
+            let sum: Vec4 = pairs.map(|(a, b)| Vec4::from_array(*a) * Vec4::from_array(*b)).sum();
+            f64::from(sum.element_sum())
         };
         let (before, after) = (dot(before), dot(after));
         before + share * (after - before)
