@@ -473,7 +473,8 @@ def test_a_walk_is_that_of_the_program_and_shifts_a_tone(tmp_path, head):
             room.walk(**{"path": path, "signal": signal, **bad})
 
 
-def test_who_stands_hears_what_a_creeping_listener_hears():
+@pytest.mark.parametrize("listener", ["array", "head"])
+def test_who_stands_hears_what_a_creeping_listener_hears(head, listener):
     """Standing is a convolution, creeping by 20 µm is read between samples: of image sources, late sound would be that of another place."""
     walls = {"absorption": 0.9, "scattering": 0.0}
     room = sonel.trace(sonel.Scene.shoebox([6, 5, 3], walls, sources=[1, 3, 2], duration_s=0.2), packets=100)
@@ -481,7 +482,8 @@ def test_who_stands_hears_what_a_creeping_listener_hears():
 
     def heard(end, creep):
         path = [[0.0, 4.0, 3.0, 1.5], [0.03, end, 3.0, 1.5], [0.25, end + creep, 3.0, 1.5]]
-        return room.walk(path, signal, sample_rate=16_000, array=ARRAY)[0].astype(float)
+        channels = {"array": ARRAY} if listener == "array" else {"hrtf": head, "aim": [1, 0, 0]}
+        return room.walk(path, signal, sample_rate=16_000, **channels)[0].astype(float)
 
     standing, creeping, elsewhere = heard(3.905, 0), heard(3.905, 2e-5), heard(3.915, 0)
     assert np.std(standing - creeping) < 0.002 * np.std(standing) < 0.1 * np.std(standing - elsewhere)
@@ -511,8 +513,7 @@ def test_a_head_that_stands_hears_its_impulse_response(head, aim):
 
 
 def test_who_walks_past_a_source_hears_it_change_sides(head):
-    """The cardioids differ by 9.5 dB where a source is beside the head; a head that turns to the source hears it in front all along. Creeping
-    by 20 µm, whose sound is faded from block to block, is standing."""
+    """The cardioids differ by 9.5 dB where a source is beside the head; a head that turns to the source hears it in front all along."""
     scene = sonel.Scene.shoebox([12, 8, 4], {"absorption": 0.99, "scattering": 0.0}, sources=[6, 5, 1.5], duration_s=0.1)
     room, rate = sonel.trace(scene, packets=200), 16_000
     signal = np.random.default_rng(3).standard_normal(4 * rate)
@@ -523,11 +524,6 @@ def test_who_walks_past_a_source_hears_it_change_sides(head):
     assert np.all(differences[:2] < -7) and np.all(differences[-2:] > 7) and np.all(np.diff(differences)[2:5] > 3)
     left, right = levels(room.walk(path, signal, sample_rate=rate, hrtf=head)[0].astype(float)[:, : 4 * rate], 8)
     assert np.all(np.abs(10 * np.log10(left / right)) < 1)
-    creeping, standing = (
-        room.walk([[0.0, 7.0, 4.0, 1.5], [1.0, 7.0 + end, 4.0, 1.5]], signal[:rate], sample_rate=rate, hrtf=head, aim=[1, 0, 0])[0].astype(float)
-        for end in (2e-5, 0.0)
-    )
-    assert np.sum((creeping - standing) ** 2) < 1e-5 * np.sum(standing**2)
 
 
 def test_a_source_moves_by_reciprocity():

@@ -6,8 +6,8 @@ use crate::SoundError;
 
 /// Highest speed of a listener [m/s].
 pub(crate) const FASTEST: f64 = 100.0;
-/// Shorter paths are a single place [m].
-const STANDING: f64 = 1e-6;
+/// Shorter paths are a single place [m]: names of places have millimetres.
+const STANDING: f64 = 1e-3;
 
 /// Where a listener is at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -12,7 +12,7 @@
 //! All sources have the same waves, displaced by their position: for sources side by side, too, late sound has the coherence of a diffuse field, as
 //! reciprocity demands.
 //!
-//! References: [Cook1955], [Kuttruff2009], [Schroeder1962] (docs/references.md).
+//! References: [Cook1955], [Kuttruff2009], [SchroederLogan1961] (docs/references.md).
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -75,7 +75,7 @@ const DELAYS: [f64; 3] = [0.07e-3, 0.30e-3, 0.57e-3];
 const FEEDBACK: f64 = 0.63;
 
 /// Gains, all of the modulus 1, that spread a pulse by 0.7 ms about its time, at `count` frequencies `step_hz` apart from 0 Hz on: all-pass filters
-/// in series [Schroeder1962], Π (1 − g e^(iωτ)) / (1 − g e^(−iωτ)), earlier than causal ones by Σ τ. The excess kurtosis of a train of pulses becomes
+/// in series [SchroederLogan1961], Π (1 − g e^(iωτ)) / (1 − g e^(−iωτ)), earlier than causal ones by Σ τ. The excess kurtosis of a train of pulses becomes
 /// a twentieth at 48 kHz, a tenth at 16 kHz.
 pub(crate) fn dispersion(step_hz: f64, count: usize) -> Vec<Complex<f64>> {
     let steps = DELAYS.map(|delay| {
