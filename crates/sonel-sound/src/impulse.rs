@@ -209,24 +209,25 @@ impl<'a> Synthesizer<'a> {
         pulses.time[pulse] * f64::from(self.settings.sample_rate_hz)
     }
 
-    /// The sum of pulses with their gains, and the number of its first sample.
+    /// The sum of pulses of one shape with their gains, and the number of its first sample.
     fn train(&self, pulses: &Pulses, alike: &[usize], gain: impl Fn(usize) -> f64) -> (isize, Vec<f64>) {
-        let places = alike.iter().map(|pulse| self.place(pulses, *pulse));
-        let begin = places.fold(f64::INFINITY, f64::min).floor() as isize + 1 - fractional::HALF as isize;
-        let mut sum = Vec::new();
-        for &pulse in alike {
-            let (at, gain) = (self.place(pulses, pulse), gain(pulse) * pulses.gain[pulse]);
-            let first = (at.floor() as isize + 1 - fractional::HALF as isize - begin) as usize;
-            sum.resize(sum.len().max(first + 2 * fractional::HALF), 0.0);
-            let places = sum[first..].iter_mut();
-            // Those of late sound are too many to be exact.
-            if pulse < pulses.listed {
-                places.zip(fractional::pulse(at).1).for_each(|(sum, value)| *sum += gain * value);
-            } else {
-                places.zip(self.table.nearest(at)).for_each(|(sum, value)| *sum += gain * f64::from(*value));
-            }
+        let gain = |pulse: usize| gain(pulse) * pulses.gain[pulse];
+        // A listed arrival has a shape of its own. Those of late sound are too many to be exact.
+        if alike[0] < pulses.listed {
+            let (first, values) = fractional::pulse(self.place(pulses, alike[0]));
+            return (first, values.map(|value| gain(alike[0]) * value).to_vec());
         }
-        (begin, sum)
+        let first =
+            |pulse: &usize| self.place(pulses, *pulse).floor() as isize + 1 - fractional::HALF as isize;
+        let begin = alike.iter().map(first).min().unwrap_or(0);
+        let mut sum: Vec<f32> = Vec::new();
+        for pulse in alike {
+            let first = (first(pulse) - begin) as usize;
+            sum.resize(sum.len().max(first + 2 * fractional::HALF), 0.0);
+            let (gain, values) = (gain(*pulse) as f32, self.table.nearest(self.place(pulses, *pulse)));
+            sum[first..].iter_mut().zip(values).for_each(|(sum, value)| *sum += gain * value);
+        }
+        (begin, sum.into_iter().map(f64::from).collect())
     }
 
     /// Spectrum of the sum of all pulses in their bands; `sum_of` gives the sum of some of one shape and the number of its first sample.
