@@ -4,6 +4,10 @@
 //! sources, with 1/r and delay exact at every sample, so that Doppler shift is there without being made. Neighbouring places list the same image
 //! sources: their sum with weights that fall linearly to the next place is that of one, and what only one of them lists fades in.
 //!
+//! Within a block of 256 samples the gains of channels go linearly from those of the directions where it begins to those where it ends. An ear has the
+//! responses of both directions, faded, without their delays, which also go linearly from one to the other: a fade of delayed ones would be a comb
+//! filter. A head looks along the aims of the places, between two of them along the mean.
+//!
 //! Late sound is convolved with responses at steps of 2 cm, whose plane waves are those of all receivers ([`crate::plane_waves`]) and whose energies
 //! lie between those of the places. Each is heard for four steps through a Hann window over the path. Steps that are short beside the wave add up
 //! coherently, long ones in energy: at wave number k the sum is divided by the root of Σ_ij w_i w_j sin(kd_ij)/kd_ij, its expected energy in a diffuse field
