@@ -235,7 +235,7 @@ impl Walk<'_> {
                 for (at, (position, along)) in places.iter().enumerate() {
                     let (sample, own) = (begin as f64 + at as f64 - before as f64, image.distance(*position));
                     if own < CLOSEST {
-                        return Err(SoundError::ThroughSource { time_s: sample / self.rate() });
+                        return Err(SoundError::ThroughSource { time_s: sample.max(0.0) / self.rate() });
                     }
                     let weight = (1.0 - (along - index as f64).abs()).max(0.0);
                     let lag = lag + share(at).clamp(-1.0, 2.0) * (later - lag);
