@@ -40,6 +40,12 @@ def measured():
     return values(traced(TRUTH, 3))
 
 
+@pytest.fixture(scope="module")
+def light():
+    """Few packets, where numbers do not matter."""
+    return traced(START, 1, packets=1000)
+
+
 def missed(fit):
     return int(np.sum((TRUTH < fit.low) | (TRUTH > fit.high)))
 
@@ -113,7 +119,7 @@ def test_the_documented_optimisation_reaches_its_time():
     assert begin.shape == (2,) and names["best"].fun < 1e-3 < names["misfit"](begin)[0], names["best"]
 
 
-def test_wrong_input_is_named(room, monkeypatch):
+def test_wrong_input_is_named(light, monkeypatch):
     t20 = {"t20_s": 1.0}
     for wrong, message in [
         (({"rt": 1.0},), "rt.*give those of level_db"),
@@ -121,17 +127,17 @@ def test_wrong_input_is_named(room, monkeypatch):
         (({"t20_s": -1.0},), "not above 0 s"),
     ]:
         with pytest.raises(sonel.Error, match=message):
-            sonel.fit(room, *wrong, receivers=SEATS, rays=64)
+            sonel.fit(light, *wrong, receivers=SEATS, rays=64)
     for wrong, message in [
         ({"materials": ["felt"]}, "felt.*walls, z0, z1"),
         ({"prior_sigma": 0}, "above 0"),
         ({"sigma": {"t20_s": 0}}, "not above 0"),
     ]:
         with pytest.raises(sonel.Error, match=message):
-            sonel.fit(room, t20, receivers=SEATS, rays=64, **wrong)
+            sonel.fit(light, t20, receivers=SEATS, rays=64, **wrong)
     monkeypatch.setitem(sys.modules, "scipy.optimize", None)
     with pytest.raises(sonel.Error, match=r"pip install \"sonel\[fit\]\""):
-        sonel.fit(room, t20, receivers=SEATS)
+        sonel.fit(light, t20, receivers=SEATS)
 
 
 def test_coefficients_that_the_paths_do_not_carry_are_refused_with_the_remedy():

@@ -1,5 +1,7 @@
 //! Settings of a rendering, with defaults.
 
+use crate::RenderError;
+
 /// Most bins of an echogram: 17 minutes in milliseconds, 20 seconds in samples of 50 kHz. Neither the option nor the duration
 /// that a map states is limited otherwise, and 64 MB a receiver are enough for either.
 const MOST_BINS: f64 = (1_u32 << 20) as f64;
@@ -89,21 +91,22 @@ pub enum Air {
 
 impl RenderSettings {
     /// Faults of the settings for a run of `duration` [s].
-    pub(crate) fn check(&self, duration: f64) -> Result<(), String> {
+    pub(crate) fn check(&self, duration: f64) -> Result<(), RenderError> {
+        let fault = |fault: String| Err(RenderError::Settings(fault));
         let is_length = |length: f64| length.is_finite() && length > 0.0;
         if !is_length(self.bin) {
-            return Err(format!("the bin width is {} s: give a width above 0 s", self.bin));
+            return fault(format!("the bin width is {} s: give a width above 0 s", self.bin));
         }
         if self.gather_radius.is_some_and(|radius| !is_length(radius)) {
-            return Err("the radius of gathering discs must be above 0 m".to_owned());
+            return fault("the radius of gathering discs must be above 0 m".to_owned());
         }
         if self.estimator == Estimator::Paper && self.mirror_order.is_some() {
-            return Err(
+            return fault(
                 "the paper's estimator has no image sources: leave `order` out, or choose another `estimator`".to_owned()
             );
         }
         if duration / self.bin > MOST_BINS {
-            return Err(format!(
+            return fault(format!(
                 "a duration of {duration} s has more than {MOST_BINS} bins of {} s: give wider bins (`bin`), or trace again with a \
                  shorter `duration`",
                 self.bin

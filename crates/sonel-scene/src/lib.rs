@@ -35,7 +35,7 @@ mod suggest;
 mod value;
 mod words;
 
-pub use balloon_file::{is_balloon_file, load_balloon, rolled};
+pub use balloon_file::{is_balloon_file, load_balloon};
 pub use defaults::folded;
 pub use draft::{Draft, DraftOptions, Purpose, draft, draft_shoebox};
 pub use effect::Effect;

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use serde::Deserialize;
+use thiserror::Error;
 
 /// The shipped requirements.
 const SHIPPED: &str = include_str!("requirements.toml");
@@ -72,6 +73,11 @@ pub struct Size {
     pub height: Option<f64>,
 }
 
+/// Why a requirement says nothing of a room, in a sentence.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{0}")]
+pub struct DoesNotApply(pub String);
+
 /// The shipped requirements.
 pub fn shipped() -> &'static Requirements {
     static READ: LazyLock<Requirements> = LazyLock::new(|| read(SHIPPED).expect("the shipped requirements"));
@@ -82,13 +88,13 @@ pub fn shipped() -> &'static Requirements {
 ///
 /// # Errors
 /// What is wrong with it, with its line.
-pub fn read(text: &str) -> Result<Requirements, String> {
-    let found: Requirements = toml::from_str(text).map_err(|error| error.to_string())?;
+pub fn read(text: &str) -> Result<Requirements, toml::de::Error> {
+    let found: Requirements = toml::from_str(text)?;
     let faulty = found.iter().find(|(_, requirement)| !requirement.is_complete());
     match faulty {
-        Some((name, _)) => Err(format!(
+        Some((name, _)) => Err(serde::de::Error::custom(format!(
             "[{name}] needs one of `bands` and `means`, and in each of `rooms` one of `volume` and `height`, whose ends rise"
-        )),
+        ))),
         None => Ok(found),
     }
 }
@@ -96,37 +102,34 @@ pub fn read(text: &str) -> Result<Requirements, String> {
 impl Requirement {
     fn is_complete(&self) -> bool {
         let ends = |rooms: &Rooms| rooms.volume.xor(rooms.height).is_some_and(|[least, most]| least < most);
-        self.bands.is_empty() != self.means.is_empty() && self.rooms.iter().all(ends)
+        self.bands.is_empty() != self.means.is_empty()
+            && !self.rooms.is_empty()
+            && self.rooms.iter().all(ends)
     }
 
     /// The value for a room.
     ///
     /// # Errors
     /// Why there is none.
-    pub fn value(&self, size: Size) -> Result<f64, String> {
-        let mut outside = Vec::new();
+    pub fn value(&self, size: Size) -> Result<f64, DoesNotApply> {
+        let (mut begin, mut end) = (String::new(), String::new());
         for rooms in &self.rooms {
-            let (what, unit, found, ends) = match rooms.volume {
+            let (what, unit, found, [least, most]) = match rooms.volume {
                 Some(ends) => ("volume", "m³", size.volume, ends),
                 None => ("height", "m", size.height, rooms.height.unwrap_or_default()),
             };
-            let found = found.ok_or_else(|| format!("the response states no {what}"))?;
-            let [least, most] = ends;
+            let found = found.ok_or_else(|| DoesNotApply(format!("the response states no {what}")))?;
             if (least..=most).contains(&found) {
                 return Ok(rooms.slope * libm::log10(found)
                     + rooms.cube_root * libm::cbrt(found)
                     + rooms.offset);
             }
-            outside.push((format!("{what} {found:.0} {unit} outside "), unit, ends));
+            if begin.is_empty() {
+                begin = format!("{what} {found:.0} {unit} outside {least}");
+            }
+            end = if most.is_finite() { format!(" … {most} {unit}") } else { format!(" {unit} and more") };
         }
-        let (begin, unit, [least, _]) = outside.first().cloned().ok_or("it has no rooms")?;
-        let most = outside.last().map_or(f64::INFINITY, |(.., ends)| ends[1]);
-        Err(begin
-            + &if most.is_finite() {
-                format!("{least} … {most} {unit}")
-            } else {
-                format!("{least} {unit} and more")
-            })
+        Err(DoesNotApply(begin + &end))
     }
 
     /// Lowest and highest value in a band of a room; none where nothing is said of it.
@@ -176,13 +179,13 @@ mod tests {
 
     #[test]
     fn what_has_no_value_and_what_is_no_requirement_says_why() {
-        let reason = |size| shipped()["din18041-a4"].value(size).unwrap_err();
+        let reason = |size| shipped()["din18041-a4"].value(size).unwrap_err().to_string();
         assert_eq!(reason(volume(600.0)), "volume 600 m³ outside 30 … 500 m³");
         assert_eq!(reason(Size::default()), "the response states no volume");
         let complete = "[own]\ntitle = \"\"\nsource = \"\"\nstate = \"occupied\"\nparameter = \"t20\"\nrooms = [{ volume = [0, 9], offset = 1 }]\n";
         let with = |more: &str| read(&format!("{complete}{more}"));
         assert!(with("bands = [[500, 0, 1]]").is_ok());
-        assert!(with("").unwrap_err().contains("[own] needs one of"));
-        assert!(with("band = [[500, 0, 1]]").unwrap_err().contains("unknown field `band`"));
+        assert!(with("").unwrap_err().to_string().contains("[own] needs one of"));
+        assert!(with("band = [[500, 0, 1]]").unwrap_err().to_string().contains("unknown field `band`"));
     }
 }

@@ -6,6 +6,8 @@
 
 use sofar::hdf::DataObject;
 
+use crate::SofaError;
+
 /// An array of at most so many bytes, or of this many times the file, is taken: what compression can do.
 const ANYWAY: u64 = 64 << 20;
 const LARGEST_RATIO: u64 = 100;
@@ -21,14 +23,14 @@ const CHECKSUM: u16 = 3;
 /// Checks the array `name` of `file`.
 ///
 /// # Errors
-/// What is stored otherwise than it would be read, in a sentence.
-pub(crate) fn check(name: &str, array: &DataObject, file: &[u8]) -> Result<(), String> {
+/// What is stored otherwise than it would be read.
+pub(crate) fn check(name: &str, array: &DataObject, file: &[u8]) -> Result<(), SofaError> {
     if array.dt.class_bit_field & 1 == 1 {
-        return Err(format!("{name} is stored big-endian"));
+        return Err(format!("{name} is stored big-endian").into());
     }
     let bytes = bytes_of(array);
     if bytes > ANYWAY.max(LARGEST_RATIO.saturating_mul(file.len() as u64)) {
-        return Err(format!("{name} claims {bytes} bytes, the file has {}", file.len()));
+        return Err(format!("{name} claims {bytes} bytes, the file has {}", file.len()).into());
     }
     let filters = filters(file, array.address).ok_or_else(|| format!("the header of {name} is damaged"))?;
     let has = |filter: u16| filters.contains(&filter);
@@ -37,7 +39,8 @@ pub(crate) fn check(name: &str, array: &DataObject, file: &[u8]) -> Result<(), S
     if !(filters.is_empty() || is_of_netcdf) {
         return Err(format!(
             "{name} is stored by filters {filters:?}, not shuffled and deflated as by netCDF"
-        ));
+        )
+        .into());
     }
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::{Array, Sofa};
+use crate::{Array, Sofa, SofaError};
 
 /// Triplets of coordinates, by row and measurement.
 pub struct Triplets {
@@ -16,14 +16,14 @@ impl Triplets {
     /// The array `name` of one or `rows` rows, alike in all or separate in each of the `measurements`; `default` where there is none.
     ///
     /// # Errors
-    /// A sentence, when the array is missing, has another shape or other units.
+    /// When the array is missing, has another shape or other units.
     pub fn read(
         file: &Sofa<'_>,
         name: &str,
         rows: usize,
         measurements: usize,
         default: Option<DVec3>,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, SofaError> {
         let Some(array) = file.array(name)? else {
             let default = default.ok_or_else(|| format!("the file has no array {name}"))?;
             return Ok(Self { is_spherical: false, shape: [1, 3, 1], values: default.to_array().to_vec() });
@@ -38,7 +38,8 @@ impl Triplets {
             return Err(format!(
                 "{name} has the shape {:?}; needed are 1 or {rows} rows of 3 coordinates",
                 array.shape
-            ));
+            )
+            .into());
         }
         Ok(Self { is_spherical, shape, values: array.values })
     }
@@ -66,7 +67,7 @@ pub fn spherical(azimuth: f64, elevation: f64, distance: f64) -> DVec3 {
 }
 
 /// Whether an array has azimuth, elevation [°] and distance [m], not x, y, z [m].
-fn is_spherical(name: &str, array: &Array) -> Result<bool, String> {
+fn is_spherical(name: &str, array: &Array) -> Result<bool, SofaError> {
     let kind = array.attribute("Type").unwrap_or("cartesian");
     let units = array.attribute("Units").unwrap_or_default().to_lowercase();
     let words: Vec<&str> = units.split([',', ' ']).filter(|word| !word.is_empty()).collect();
@@ -80,12 +81,13 @@ fn is_spherical(name: &str, array: &Array) -> Result<bool, String> {
         _ => {
             return Err(format!(
                 "{name} has coordinates of the type {kind}; cartesian and spherical are read"
-            ));
+            )
+            .into());
         }
     };
     if is_in_units {
         Ok(is_spherical)
     } else {
-        Err(format!("{name} is in \"{units}\"; degrees and metres are read"))
+        Err(format!("{name} is in \"{units}\"; degrees and metres are read").into())
     }
 }

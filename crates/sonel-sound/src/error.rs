@@ -1,5 +1,6 @@
 //! Errors of responses and recordings.
 
+use sonel_sofa::SofaError;
 use thiserror::Error;
 
 impl From<hound::Error> for SoundError {
@@ -141,7 +142,7 @@ pub enum SoundError {
     )]
     Head {
         /// What is wrong.
-        problem: String,
+        problem: SofaError,
     },
     /// A recording without two ears.
     #[error("channels of the recording: {channels}; IACC needs two, left and right: make it for two ears")]

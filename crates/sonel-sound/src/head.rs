@@ -11,7 +11,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use sonel_sofa::{Sofa, Triangles, Triplets, Weights};
+use sonel_sofa::{Sofa, SofaError, Triangles, Triplets, Weights};
 
 use crate::alignment::Aligned;
 use crate::fractional::{HALF, Table};
@@ -109,32 +109,33 @@ impl Head {
 type Measured = Vec<(DVec3, Vec<(f64, Vec<f64>)>)>;
 
 /// What a file holds, at a sample rate.
-fn measured(file: &[u8], sample_rate_hz: u32) -> Result<Measured, String> {
+fn measured(file: &[u8], sample_rate_hz: u32) -> Result<Measured, SofaError> {
     let sofa = Sofa::open(file)?;
     let convention = sofa.attribute("SOFAConventions").unwrap_or("none");
     if !CONVENTIONS.contains(&convention) {
-        return Err(format!("the file holds the convention {convention}"));
+        return Err(format!("the file holds the convention {convention}").into());
     }
-    let array = |name: &str| sofa.array(name)?.ok_or_else(|| format!("the file has no array {name}"));
-    let (taps, rates, delays) = (array("Data.IR")?, array("Data.SamplingRate")?, sofa.array("Data.Delay")?);
+    let (taps, rates) = (sofa.required("Data.IR")?, sofa.required("Data.SamplingRate")?);
     let (&[measurements, microphones, length], false) = (&taps.shape[..], taps.values.is_empty()) else {
-        return Err(format!("Data.IR has the shape {:?}, not measurements, receivers, samples", taps.shape));
+        return Err(
+            format!("Data.IR has the shape {:?}, not measurements, receivers, samples", taps.shape).into()
+        );
     };
     let from = rates.values.first().copied().unwrap_or(f64::NAN);
     let is_other = |rate: &f64| rate.fract() > 0.0 || *rate as u32 != from as u32;
     if !SAMPLE_RATES_HZ.contains(&(from as u32)) || rates.values.iter().any(is_other) {
-        return Err(format!("its sample rate is {from} Hz, whole numbers of 8000 … 192000 Hz are allowed"));
+        return Err(
+            format!("its sample rate is {from} Hz, whole numbers of 8000 … 192000 Hz are allowed").into()
+        );
     }
     let places = Triplets::read(&sofa, "SourcePosition", measurements, measurements, None)?;
-    let positions = array("SourcePosition")?.shape[0];
+    let positions = sofa.required("SourcePosition")?.shape[0];
     if positions != measurements {
-        return Err(format!("SourcePosition has {positions} rows, Data.IR {measurements}"));
+        return Err(format!("SourcePosition has {positions} rows, Data.IR {measurements}").into());
     }
     let view = Triplets::read(&sofa, "ListenerView", measurements, measurements, Some(DVec3::X))?;
     if (0..measurements).any(|row| view.at(row, row) != view.at(0, 0)) {
-        return Err(
-            "the listener turns between measurements: needed is one view, with sources around".to_owned()
-        );
+        return Err("the listener turns between measurements: needed is one view, with sources around".into());
     }
     let places: Vec<DVec3> = (0..measurements).map(|row| places.at(row, row)).collect();
     let farthest = places.iter().map(|place| place.length()).fold(0.0, f64::max);
@@ -142,7 +143,7 @@ fn measured(file: &[u8], sample_rate_hz: u32) -> Result<Measured, String> {
     let ears = Triplets::read(&sofa, "ReceiverPosition", microphones, measurements, Some(DVec3::ZERO))?;
     let is_swapped = microphones == 2 && ears.at(0, 0).y < ears.at(1, 0).y;
     let (table, rates) = (Table::new(), [from as u32, sample_rate_hz]);
-    let delays = delays.map(|delays| delays.values).unwrap_or_default();
+    let delays = sofa.array("Data.Delay")?.map(|delays| delays.values).unwrap_or_default();
     let at_microphone = |measurement: usize, microphone: usize| {
         let microphone = if is_swapped { 1 - microphone } else { microphone };
         let row = measurement * microphones + microphone;
@@ -163,22 +164,22 @@ fn measured(file: &[u8], sample_rate_hz: u32) -> Result<Measured, String> {
 }
 
 /// Refuses what are no finite responses of a length that is taken.
-fn check(measured: &Measured, sample_rate_hz: u32) -> Result<(), String> {
+fn check(measured: &Measured, sample_rate_hz: u32) -> Result<(), SofaError> {
     let all = || measured.iter().flat_map(|(_, responses)| responses);
     let is_finite = measured.iter().all(|(towards, _)| towards.is_finite())
         && all().all(|(delay, taps)| delay.is_finite() && taps.iter().all(|tap| tap.is_finite()));
     if !is_finite {
-        return Err("a response, delay or position is not finite".to_owned());
+        return Err("a response, delay or position is not finite".into());
     }
     if all().any(|(delay, _)| *delay < 0.0) {
-        return Err("a delay is negative".to_owned());
+        return Err("a delay is negative".into());
     }
     let allowed = longest(sample_rate_hz);
     let samples = all().map(|(delay, taps)| delay.round() + taps.len() as f64).fold(0.0, f64::max);
     if samples > allowed as f64 {
         return Err(format!(
             "its responses have {samples} samples at {sample_rate_hz} Hz with their delays, {allowed} are allowed"
-        ));
+        ).into());
     }
     Ok(())
 }

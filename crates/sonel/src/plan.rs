@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::study::forecast::{Effort, Pilot, Price, Width};
 use crate::study::plan::{Names, Plan, Row};
-use crate::study::spread::{HalfWidth, PLANNED, Place, Reading};
+use crate::study::spread::{HalfWidth, NoWidth, PLANNED, Place, Reading};
 use crate::study::target::Targets;
 use crate::study::until::{Verdict, Worst};
 use serde_json::{Value, json};
@@ -133,10 +133,8 @@ fn widths(plan: &Plan) -> String {
         }
     }
     text.push('\n');
-    for spread in &plan.pilot.spreads {
-        if let Err(reason) = &spread.variance {
-            let _ = writeln!(text, "{} cannot be estimated: {reason}", plan.names.parameter(spread.place));
-        }
+    for (place, reason) in plan.pilot.not_estimable() {
+        let _ = writeln!(text, "{} cannot be estimated: {reason}", plan.names.parameter(place));
     }
     text
 }
@@ -182,17 +180,13 @@ pub fn json(plan: &Plan) -> Value {
             fields
         })
         .collect();
-    let not_estimable: Vec<Value> = plan
-        .pilot
-        .spreads
-        .iter()
-        .filter_map(|spread| Some(refused(&plan.names, spread.place, spread.variance.as_ref().err()?)))
-        .collect();
+    let not_estimable = plan.pilot.not_estimable();
+    let not_estimable = not_estimable.map(|(place, reason)| refused(&plan.names, place, reason));
     json!({
         "evaluation_receivers": plan.names.pairs.iter().map(|(source, name)| json!({"source": source, "receiver": name})).collect::<Vec<_>>(),
         "pilot": { "packets": plan.pilot.effort.emissions, "rays": plan.pilot.effort.rays, "segments_per_packet": plan.pilot.costs.segments },
         "rows": rows,
-        "not_estimable": not_estimable,
+        "not_estimable": not_estimable.collect::<Vec<_>>(),
     })
 }
 
@@ -252,9 +246,9 @@ pub(crate) fn named(names: &Names, place: Place) -> Value {
 }
 
 /// A parameter that cannot be estimated for this `reason`, as JSON.
-fn refused(names: &Names, place: Place, reason: &str) -> Value {
+fn refused(names: &Names, place: Place, reason: &NoWidth) -> Value {
     let mut value = named(names, place);
-    value["reason"] = json!(reason);
+    value["reason"] = json!(reason.to_string());
     value
 }
 

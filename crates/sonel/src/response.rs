@@ -225,8 +225,7 @@ impl Parameters {
     pub fn at(&self, parameter: Parameter, center_frequency_hz: f64) -> Result<Vec<(f64, f64)>> {
         let bands = self.rows.first().map_or(&[][..], |row| &row.bands);
         let centers: Vec<f64> = bands.iter().map(|band| band.center_frequency_hz).collect();
-        let band = crate::names::band(&centers, center_frequency_hz, "the response has no band")
-            .map_err(Error::refused)?;
+        let band = crate::names::band(&centers, center_frequency_hz, "the response has no band")?;
         Ok(self.array(parameter).into_iter().skip(band).step_by(bands.len()).collect())
     }
 

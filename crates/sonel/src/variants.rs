@@ -9,6 +9,7 @@ use sonel_map::leads::{MOST_SETS, set_count};
 use sonel_scene::{LONGEST_DEFAULT_DURATION, Scene, Value, read_variants};
 
 use crate::coefficients::{self, Coefficients, MaterialKey};
+use crate::error::At;
 use crate::names::place;
 use crate::{Error, ParseError, Result};
 
@@ -173,11 +174,11 @@ pub(crate) fn add(options: &[Variants], scene: &mut Scene, geometry: &Geometry) 
 /// Gives the material `name` all combinations of what `options` say of its keys.
 fn add_to(name: &str, options: &[&Variants], scene: &mut Scene) -> Result<()> {
     let said = options.iter().map(|option| format!("`variants` {option}")).collect::<Vec<_>>().join(" ");
-    let refused = |problem: String| Error::refused(format!("{said}: {problem}"));
     let known = scene.materials.iter().map(|material| material.name.as_str());
-    let index = place(known, name, "the scene has no material").map_err(refused)?;
+    let index = place(known, name, "the scene has no material").at(|| said.clone())?;
     if scene.media.as_ref().is_some_and(|media| media.is_interface(index as u32)) {
-        return Err(refused(format!("\"{name}\" is an interface between regions and has no coefficients")));
+        let problem = format!("{said}: \"{name}\" is an interface between regions and has no coefficients");
+        return Err(Error::refused(problem));
     }
     let read = read_variants(&said, name, tables(options), &scene.materials, &scene.bands)?;
     if scene.variants.is_empty() {

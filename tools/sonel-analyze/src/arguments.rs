@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use anyhow::Context;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use serde_json::Value;
@@ -396,32 +397,32 @@ pub struct NamedWindow {
     pub window: [f64; 2],
 }
 
-fn parse_position(text: &str) -> Result<DVec3, String> {
+fn parse_position(text: &str) -> anyhow::Result<DVec3> {
     let position = numbers(text, ',').map(DVec3::from_array);
-    position.ok_or_else(|| format!("\"{text}\" is not a position: write x,y,z in metres, such as 2,10,3"))
+    position.with_context(|| format!("\"{text}\" is not a position: write x,y,z in metres, such as 2,10,3"))
 }
 
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
+fn parse_size(text: &str) -> anyhow::Result<[u32; 2]> {
     let size = text
         .split_once('x')
         .and_then(|(width, height)| Some([width.trim().parse().ok()?, height.trim().parse().ok()?]));
-    size.ok_or_else(|| format!("\"{text}\" is not a size: write WIDTHxHEIGHT in pixels, such as 960x540"))
+    size.with_context(|| format!("\"{text}\" is not a size: write WIDTHxHEIGHT in pixels, such as 960x540"))
 }
 
-fn parse_window(text: &str) -> Result<NamedWindow, String> {
+fn parse_window(text: &str) -> anyhow::Result<NamedWindow> {
     let name: String = text.split_whitespace().collect();
     let (times, unit) = match name.strip_suffix("ms") {
         Some(times) => (times, 1e-3),
         None => (name.strip_suffix('s').unwrap_or(""), 1.0),
     };
     let window = numbers(times, '-').map(|times| times.map(|time| time * unit));
-    window.map(|window| NamedWindow { name, window }).ok_or_else(|| {
+    window.map(|window| NamedWindow { name, window }).with_context(|| {
         format!("\"{text}\" is not a time window: write FROM-TO with a unit, such as 20-50ms or 0.05-0.1s")
     })
 }
 
-fn parse_range(text: &str) -> Result<[f64; 2], String> {
-    numbers(text, ':').filter(|[low, high]| low < high).ok_or_else(|| {
+fn parse_range(text: &str) -> anyhow::Result<[f64; 2]> {
+    numbers(text, ':').filter(|[low, high]| low < high).with_context(|| {
         format!(
             "\"{text}\" is not a range: write LOW:HIGH in dB re 1/m\u{b2}, the lower first, such as -60:-20"
         )
@@ -496,17 +497,17 @@ mod tests {
         assert!((window.window[0] - 0.02).abs() < 1e-15 && (window.window[1] - 0.05).abs() < 1e-15);
         assert!((parse_window("0.05-0.1s").unwrap().window[1] - 0.1).abs() < 1e-15);
         for text in ["20-50", "20ms", "-20ms", "a-bms", "0-infs", "1-2-3ms", ""] {
-            assert!(parse_window(text).unwrap_err().contains("20-50ms"), "{text}");
+            assert!(parse_window(text).unwrap_err().to_string().contains("20-50ms"), "{text}");
         }
     }
 
     #[test]
     fn positions_sizes_and_ranges_are_read_whole_or_not_at_all() {
-        assert_eq!(parse_position("1, -2.5,3"), Ok(DVec3::new(1.0, -2.5, 3.0)));
+        assert_eq!(parse_position("1, -2.5,3").unwrap(), DVec3::new(1.0, -2.5, 3.0));
         for text in ["1,2", "1,2,3,4", "1,2,x", "1,2,3,x", "1,2,inf", ""] {
             assert!(parse_position(text).is_err(), "{text}");
         }
-        assert_eq!(parse_size("960x540"), Ok([960, 540]));
+        assert_eq!(parse_size("960x540").unwrap(), [960, 540]);
         for text in ["960", "960x", "-1x5", "9.5x4"] {
             assert!(parse_size(text).is_err(), "{text}");
         }

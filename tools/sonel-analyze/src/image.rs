@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use serde_json::{Value, json};
 use sonel::acoustics::energy_from_level_db;
 use sonel::drawing::picture::{self, DecibelScale, Drawing, Picture, WindowPicture};
@@ -86,9 +86,9 @@ impl PictureRequest {
         let spans: Vec<[f64; 2]> = named.iter().map(|named| named.window).collect();
         let windows = Windows::new(&spans, scene.speed_of_sound, scene.duration)
             .map_err(|errors| problems.extend(errors.iter().map(ToString::to_string)));
-        let source = source(arguments, scene).map_err(|problem| problems.push(problem));
+        let source = source(arguments, scene).map_err(|problem| problems.push(problem.to_string()));
         let weights = weights(&arguments.band, scene, *source.as_ref().unwrap_or(&0))
-            .map_err(|problem| problems.push(problem));
+            .map_err(|problem| problems.push(problem.to_string()));
         let (Ok(camera), Ok(windows), Ok(source), Ok((weights, band))) = (camera, windows, source, weights)
         else {
             bail!("{}", problems.join("\nerror: "));
@@ -203,13 +203,13 @@ impl PictureRequest {
 }
 
 /// Index of the source asked for.
-fn source(arguments: &Image, scene: &CompiledScene) -> Result<usize, String> {
+fn source(arguments: &Image, scene: &CompiledScene) -> anyhow::Result<usize> {
     let Some(wanted) = &arguments.source else { return Ok(0) };
-    place(scene.sources.iter().map(|source| source.name.as_str()), wanted, "the map has no source")
+    Ok(place(scene.sources.iter().map(|source| source.name.as_str()), wanted, "the map has no source")?)
 }
 
 /// What each band weighs in the drawing, and what that is called.
-fn weights(band: &str, scene: &CompiledScene, source: usize) -> Result<(Vec<f64>, String), String> {
+fn weights(band: &str, scene: &CompiledScene, source: usize) -> anyhow::Result<(Vec<f64>, String)> {
     let frequencies = scene.bands.nominal();
     if band == "sum" {
         let power = |level_db: &f64| energy_from_level_db(*level_db);
@@ -219,10 +219,8 @@ fn weights(band: &str, scene: &CompiledScene, source: usize) -> Result<(Vec<f64>
     let wanted = band.parse::<f64>().ok();
     let is_wanted =
         |frequency: &f64| wanted.is_some_and(|wanted| (wanted - frequency).abs() < 1e-6 * frequency);
-    if !frequencies.iter().any(is_wanted) {
-        let known = quantity::list(frequencies);
-        return Err(format!("the map has no band \"{band}\"; choose sum or one of {known} Hz"));
-    }
+    let (known, is_known) = (quantity::list(frequencies), frequencies.iter().any(is_wanted));
+    ensure!(is_known, "the map has no band \"{band}\"; choose sum or one of {known} Hz");
     let weights = frequencies.iter().map(|frequency| f64::from(u8::from(is_wanted(frequency)))).collect();
     Ok((weights, format!("{band} Hz")))
 }

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use anyhow::{Context, Error, bail};
+use anyhow::{Context, bail};
 use sonel::analysis::survey::{Survey, survey};
 use sonel::echograms::Echograms;
 use sonel::geometry::Geometry;
@@ -96,7 +96,7 @@ pub(crate) fn map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
 /// When there is none, with those that there are.
 pub(crate) fn place_of(path: &Path, what: &str, names: &[String], wanted: &str) -> anyhow::Result<usize> {
     let none = format!("{} has no {what}", path.display());
-    place(names.iter().map(String::as_str), wanted, &none).map_err(Error::msg)
+    Ok(place(names.iter().map(String::as_str), wanted, &none)?)
 }
 
 /// The sound in `path`.

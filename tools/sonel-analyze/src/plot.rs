@@ -163,7 +163,7 @@ impl Subject {
     /// The band with this nominal centre [Hz].
     fn band(&self, wanted: f64) -> anyhow::Result<usize> {
         let none = format!("{} has no band", self.path.display());
-        band(&self.response.center_frequency_hz, wanted, &none).map_err(anyhow::Error::msg)
+        Ok(band(&self.response.center_frequency_hz, wanted, &none)?)
     }
 
     fn parameters(&self) -> (String, ReceiverParameters) {

@@ -1,15 +1,15 @@
 //! Numbers of rays, and several numbers in one word.
 
+use anyhow::Context;
 use sonel::parse_count;
 
 /// Parses a number of rays.
 ///
 /// # Errors
 /// A sentence for the user where `text` is not a count of at least one, or too large.
-pub fn parse_rays(text: &str) -> Result<u32, String> {
-    let rays =
-        u32::try_from(parse_count(text).map_err(|error| error.to_string())?).ok().filter(|rays| *rays > 0);
-    rays.ok_or_else(|| format!("give 1 … {} rays", u32::MAX))
+pub fn parse_rays(text: &str) -> anyhow::Result<u32> {
+    let rays = u32::try_from(parse_count(text)?).ok().filter(|rays| *rays > 0);
+    rays.with_context(|| format!("give 1 … {} rays", u32::MAX))
 }
 
 /// N finite numbers with a `separator` between them; none where `text` is anything else.

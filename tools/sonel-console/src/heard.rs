@@ -1,5 +1,6 @@
 //! Options that say what is heard: speech, noise, and sources as one system.
 
+use anyhow::Context;
 use clap::Args;
 use sonel::analysis::modulation::Talk;
 use sonel::analysis::speech::{noise_level_db, speech_power_level_db};
@@ -77,12 +78,12 @@ impl HeardArguments {
     }
 }
 
-fn number(text: &str) -> Result<(String, f64), String> {
+fn number(text: &str) -> anyhow::Result<(String, f64)> {
     let parts = text
         .rsplit_once('=')
         .and_then(|(name, value)| Some((name.trim(), value.trim().parse::<f64>().ok()?)));
     let parts = parts.filter(|(name, value)| !name.is_empty() && (-200.0..=2000.0).contains(value));
-    parts.map(|(name, value)| (name.to_owned(), value)).ok_or_else(|| {
+    parts.map(|(name, value)| (name.to_owned(), value)).with_context(|| {
         format!("\"{text}\" is not a source with a number: write SOURCE=NUMBER, such as left=-3")
     })
 }

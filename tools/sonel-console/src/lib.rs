@@ -239,10 +239,10 @@ pub struct Common {
 ///
 /// # Errors
 /// A sentence for the user where `text` is no number of 1 … 1024.
-pub fn parse_threads(text: &str) -> Result<usize, String> {
+pub fn parse_threads(text: &str) -> anyhow::Result<usize> {
     match text.trim().parse() {
         Ok(threads) if (1..=MOST_THREADS).contains(&threads) => Ok(threads),
-        _ => Err(format!("give 1 … {MOST_THREADS} threads, or leave the option out for all cores")),
+        _ => anyhow::bail!("give 1 … {MOST_THREADS} threads, or leave the option out for all cores"),
     }
 }
 

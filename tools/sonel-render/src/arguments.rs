@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use anyhow::{Context, ensure};
 use clap::Parser;
 use sonel::study::target;
 use sonel::{
@@ -209,12 +210,11 @@ pub struct Arguments {
 }
 
 /// Reads a distance between places.
-fn parse_spacing(text: &str) -> Result<f64, String> {
-    let spacing: f64 = text.parse().map_err(|_| format!("\"{text}\" is not a number of metres"))?;
+fn parse_spacing(text: &str) -> anyhow::Result<f64> {
+    let spacing: f64 = text.parse().ok().with_context(|| format!("\"{text}\" is not a number of metres"))?;
     let allowed = sonel::SPACINGS;
-    if !allowed.contains(&spacing) {
-        return Err(format!("{spacing} m is not between {} and {} m", allowed.start(), allowed.end()));
-    }
+    let within = allowed.contains(&spacing);
+    ensure!(within, "{spacing} m is not between {} and {} m", allowed.start(), allowed.end());
     Ok(spacing)
 }
 
@@ -259,8 +259,13 @@ mod tests {
     fn receivers_are_read() {
         let cardioid = parse_receiver("mic=1,2,3,cardioid,0,0,-2").unwrap();
         assert_eq!((cardioid.sensitivity.pattern.name(), cardioid.sensitivity.aim.z), ("cardioid", -1.0));
-        assert!(parse_receiver("mic=1,2,3,cardiod,0,0,-2").unwrap_err().contains("unknown directivity"));
-        assert!(parse_receiver("mic=1,2,3,cardioid,0,0,0").unwrap_err().contains("no length"));
+        assert!(
+            parse_receiver("mic=1,2,3,cardiod,0,0,-2")
+                .unwrap_err()
+                .to_string()
+                .contains("unknown directivity")
+        );
+        assert!(parse_receiver("mic=1,2,3,cardioid,0,0,0").unwrap_err().to_string().contains("no length"));
         assert!(parse_receiver("mic=1,2,3,cardioid").is_err());
         let receiver = parse_receiver("a = b=1, -2,3.5").unwrap();
         assert_eq!((receiver.name.as_str(), receiver.position), ("a = b", DVec3::new(1.0, -2.0, 3.5)));
@@ -269,7 +274,7 @@ mod tests {
     #[test]
     fn wrong_ones_say_what_is_right() {
         for text in ["1,2,3", "a=1,2", "a=1,2,x", "=1,2,3"] {
-            assert!(parse_receiver(text).unwrap_err().contains("NAME=x,y,z"), "{text}");
+            assert!(parse_receiver(text).unwrap_err().to_string().contains("NAME=x,y,z"), "{text}");
         }
     }
 }

@@ -8,7 +8,7 @@ mod walk;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Error, bail};
+use anyhow::bail;
 use serde_json::{Value, json};
 use sonel::analysis::modal::ModalBands;
 use sonel::analysis::report;
@@ -144,7 +144,7 @@ fn variants(
         bail!("variant \"{}\" is asked for twice", twice.1);
     }
     for name in &names {
-        place(known.iter().map(|name| name.as_str()), name, "the map has no variant").map_err(Error::msg)?;
+        place(known.iter().map(|name| name.as_str()), name, "the map has no variant")?;
     }
     let (stem, ending) = (output.file_stem().unwrap_or_default(), output.extension());
     let path = |name: &String| {

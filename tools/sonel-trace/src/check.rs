@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::{anyhow, bail};
+use anyhow::bail;
 use clap::Args;
 use sonel::analysis::report::aligned;
 use sonel::check_file;
@@ -87,8 +87,7 @@ fn fix(checkup: &Checkup, path: &Path, files: &[PathBuf], log: &mut dyn Write) -
     let Some(repaired) = &checkup.repaired else {
         bail!("the mesh cannot be read, see sonel-trace check without --fix")
     };
-    let unfit = |name| anyhow!("an OBJ file cannot hold the material name \"{name}\": rename it in the mesh");
-    let text = repaired.to_obj().map_err(unfit)?;
+    let text = repaired.to_obj()?;
     output.write(|out| out.write_all(text.as_bytes()))?;
     let repairs = match &checkup.repairs[..] {
         [] if checkup.faults.is_empty() => "no repairs were needed".to_owned(),

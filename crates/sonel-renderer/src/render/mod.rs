@@ -138,7 +138,7 @@ impl<'a> Renderer<'a> {
         map.check_surfaces(geometry)?;
         map.check_paths(geometry.surfaces().len() as u32)?;
         let scene = &map.header().scene;
-        settings.check(scene.duration).map_err(RenderError::Settings)?;
+        settings.check(scene.duration)?;
         refuse_regions(scene, &settings)?;
         let bins = TimeBins::new(settings.bin, scene.duration, scene.speed_of_sound);
         let attenuation = attenuation(scene, &settings, &bins)?;

@@ -4,7 +4,7 @@ mod grid;
 mod sofa;
 mod table;
 
-use sonel_acoustics::{Balloon, BalloonError, Bands, Directivity, energy_to_level_db};
+use sonel_acoustics::{Balloon, BalloonError, Bands, energy_to_level_db};
 
 use crate::SceneErrors;
 use crate::problem::LineProblem;
@@ -57,13 +57,4 @@ pub fn is_balloon_file(value: &str) -> bool {
 
 fn has_ending(value: &str, ending: &str) -> bool {
     value.to_lowercase().ends_with(ending)
-}
-
-/// The directivity of `balloon` on a source that aims along `aim`, with azimuths towards `up`; a sentence where these are parallel.
-///
-/// # Errors
-/// When aim and up are parallel and azimuths differ.
-pub fn rolled(balloon: Balloon, aim: glam::DVec3, up: glam::DVec3) -> Result<Directivity, String> {
-    Directivity::measured(balloon, aim, up)
-        .ok_or_else(|| "is parallel to aim: give up = [x, y, z], a direction across the aim".to_owned())
 }

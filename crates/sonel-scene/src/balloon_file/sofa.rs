@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use sonel_acoustics::Bands;
-use sonel_sofa::{Array, Sofa, Triangles, Triplets, spherical};
+use sonel_sofa::{Sofa, SofaError, Triangles, Triplets, spherical};
 
 use crate::problem::LineProblem;
 
@@ -38,7 +38,7 @@ const GAP_STEP: usize = 10;
 /// # Errors
 /// A file that is damaged, of another convention, or does not cover bands or directions.
 pub(super) fn read(bytes: &[u8], bands: &Bands) -> Result<Grid, Problems> {
-    grid(bytes, bands).map_err(|message| vec![LineProblem::new(0, message)])
+    grid(bytes, bands).map_err(|error| vec![LineProblem::new(0, error.to_string())])
 }
 
 /// A measured direction: ahead, left, up.
@@ -47,13 +47,15 @@ struct Measured {
     energies: Vec<f64>,
 }
 
-fn grid(bytes: &[u8], bands: &Bands) -> Result<Grid, String> {
+fn grid(bytes: &[u8], bands: &Bands) -> Result<Grid, SofaError> {
     let file = Sofa::open(bytes)?;
     let convention = file.attribute("SOFAConventions").unwrap_or("none");
     if convention != CONVENTION {
-        return Err(format!("the file holds the convention {convention}; a directivity is {CONVENTION}"));
+        return Err(
+            format!("the file holds the convention {convention}; a directivity is {CONVENTION}").into()
+        );
     }
-    let frequencies = required(&file, "N")?.values;
+    let frequencies = file.required("N")?.values;
     let within = frequencies_of(&frequencies, bands)?;
     let spectra = Spectra::read(&file, frequencies.len())?;
     let setup = Setup::read(&file, &spectra)?;
@@ -104,14 +106,10 @@ fn node_direction(azimuth: f64, polar: f64) -> DVec3 {
     DVec3::new(libm::cos(polar), -aside * libm::cos(azimuth), aside * libm::sin(azimuth))
 }
 
-fn required(file: &Sofa<'_>, name: &str) -> Result<Array, String> {
-    file.array(name)?.ok_or_else(|| format!("the file has no array {name}"))
-}
-
 /// For each band the numbers of the frequencies within its edges.
-fn frequencies_of(frequencies: &[f64], bands: &Bands) -> Result<Vec<Vec<usize>>, String> {
+fn frequencies_of(frequencies: &[f64], bands: &Bands) -> Result<Vec<Vec<usize>>, SofaError> {
     if let Some(wrong) = frequencies.iter().find(|hz| !(hz.is_finite() && **hz >= 0.0)) {
-        return Err(format!("N holds {wrong}, which is no frequency in Hz"));
+        return Err(format!("N holds {wrong}, which is no frequency in Hz").into());
     }
     let within = |band: usize| -> Vec<usize> {
         let (low, high) = bands.edges(band);
@@ -132,7 +130,8 @@ fn frequencies_of(frequencies: &[f64], bands: &Bands) -> Result<Vec<Vec<usize>>,
         "no frequency within the bands {} Hz; the file has {}: give other bands in the scene ([bands])",
         missing.join(", "),
         range(frequencies)
-    ))
+    )
+    .into())
 }
 
 /// How many frequencies there are, and from where to where, to 0.1 Hz.
@@ -153,27 +152,29 @@ struct Spectra {
 }
 
 impl Spectra {
-    fn read(file: &Sofa<'_>, frequencies: usize) -> Result<Self, String> {
-        let (real, imaginary) = (required(file, "Data.Real")?, required(file, "Data.Imag")?);
+    fn read(file: &Sofa<'_>, frequencies: usize) -> Result<Self, SofaError> {
+        let (real, imaginary) = (file.required("Data.Real")?, file.required("Data.Imag")?);
         let [measurements, receivers, length] = real.shape[..] else {
             return Err(format!(
                 "Data.Real has the shape {:?}, not measurements, receivers, frequencies",
                 real.shape
-            ));
+            )
+            .into());
         };
         if real.shape != imaginary.shape || length != frequencies {
             return Err(format!(
                 "Data.Real, Data.Imag and N do not fit: {:?}, {:?}, {frequencies}",
                 real.shape, imaginary.shape
-            ));
+            )
+            .into());
         }
         if measurements.saturating_mul(receivers) > MOST_DIRECTIONS {
             return Err(format!(
                 "{measurements} measurements of {receivers} receivers; at most {MOST_DIRECTIONS} directions are read"
-            ));
+            ).into());
         }
         if let Some(wrong) = real.values.iter().chain(&imaginary.values).find(|value| !value.is_finite()) {
-            return Err(format!("Data.Real or Data.Imag holds {wrong}"));
+            return Err(format!("Data.Real or Data.Imag holds {wrong}").into());
         }
         Ok(Self { measurements, receivers, frequencies, real: real.values, imaginary: imaginary.values })
     }
@@ -204,8 +205,8 @@ struct Station {
 }
 
 impl Setup {
-    fn read(file: &Sofa<'_>, spectra: &Spectra) -> Result<Self, String> {
-        let station = |kind: &str| -> Result<Station, String> {
+    fn read(file: &Sofa<'_>, spectra: &Spectra) -> Result<Self, SofaError> {
+        let station = |kind: &str| -> Result<Station, SofaError> {
             let count = spectra.measurements;
             let of =
                 |what: &str, default| Triplets::read(file, &format!("{kind}{what}"), count, count, default);
@@ -221,7 +222,7 @@ impl Setup {
     }
 
     /// Unit vector from the source to a receiver in the axes of the source, and their distance [m].
-    fn direction(&self, measurement: usize, receiver: usize) -> Result<(DVec3, f64), String> {
+    fn direction(&self, measurement: usize, receiver: usize) -> Result<(DVec3, f64), SofaError> {
         let of = |triplets: &Triplets| triplets.at(measurement, measurement);
         let axes = |station: &Station, kind: &str| {
             axes(of(&station.view), of(&station.up)).ok_or_else(|| {
@@ -271,7 +272,7 @@ fn merged(all: Vec<Measured>) -> (Vec<Measured>, f64) {
 }
 
 /// Checks that every direction has a measured one within 30°.
-fn check_coverage(directions: &[DVec3]) -> Result<(), String> {
+fn check_coverage(directions: &[DVec3]) -> Result<(), SofaError> {
     for (azimuth, elevation) in (0..360)
         .step_by(GAP_STEP)
         .flat_map(|azimuth| (-90..=90).step_by(GAP_STEP).map(move |elevation| (azimuth, elevation)))
@@ -282,7 +283,7 @@ fn check_coverage(directions: &[DVec3]) -> Result<(), String> {
                 "{} directions leave a gap: none is within 30° of azimuth {azimuth}°, elevation {elevation}°; measure all around, or write a table \
                  of two polars (.csv)",
                 directions.len()
-            ));
+            ).into());
         }
     }
     Ok(())

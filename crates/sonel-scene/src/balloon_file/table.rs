@@ -208,12 +208,8 @@ fn check_step(step: f64, whole: f64, what: &str, line: usize) -> Result<Axis, Pr
 
 /// Polar angles from pole to pole.
 fn polar_axis(off_poles: &[&Row]) -> Result<Axis, Problems> {
-    let Some(first) = off_poles.first() else {
-        return Err(vec![LineProblem::new(
-            1,
-            "no direction but the poles; give polar angles between 0 and 180°",
-        )]);
-    };
+    let problem = "no direction but the poles; give polar angles between 0 and 180°";
+    let first = off_poles.first().ok_or_else(|| vec![LineProblem::new(1, problem)])?;
     let mut angles: Vec<f64> = off_poles.iter().map(|row| row.polar).chain([0.0, 180.0]).collect();
     let axis = check_step(usual_step(&mut angles), 180.0, "polar angle", first.line)?;
     Ok(Axis { count: axis.count + 1, ..axis })

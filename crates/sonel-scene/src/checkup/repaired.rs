@@ -3,9 +3,15 @@
 use std::fmt::Write;
 
 use sonel_geometry::{Geometry, Mesh};
+use thiserror::Error;
 
 /// The first line of such a file.
 pub const FIRST_LINE: &str = "# Repaired by sonel-trace check --fix";
+
+/// The name of a material that an OBJ file would end early.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("an OBJ file cannot hold the material name \"{0}\": rename it in the mesh")]
+pub struct UnfitName(String);
 
 /// A mesh [m] and the names of its materials.
 #[derive(Clone, Debug)]
@@ -22,12 +28,12 @@ impl Repaired {
     /// The mesh as OBJ, in metres and the axes of the scene; coordinates are those of the mesh to the last bit.
     ///
     /// # Errors
-    /// The name of a material that OBJ cannot hold.
-    pub fn to_obj(&self) -> Result<String, String> {
+    /// A material whose name OBJ cannot hold.
+    pub fn to_obj(&self) -> Result<String, UnfitName> {
         let is_unfit =
             |name: &&String| name.contains('#') || name.trim() != name.as_str() || name.ends_with('\\');
         if let Some(name) = self.names.iter().find(is_unfit) {
-            return Err(name.clone());
+            return Err(UnfitName(name.clone()));
         }
         let mut text = format!("{FIRST_LINE}\n");
         for vertex in &self.mesh.vertices {

@@ -5,6 +5,8 @@
 
 use std::str::FromStr;
 
+use thiserror::Error;
+
 use crate::requirement::{Size, State, shipped};
 
 /// A band in which all targets hold [Hz].
@@ -77,12 +79,17 @@ impl Purpose {
     }
 }
 
-impl FromStr for Purpose {
-    type Err = String;
+/// No purpose that a standard has a target for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error("known: {}", Purpose::ALL.map(Purpose::name).join(", "))]
+pub struct UnknownPurpose;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+impl FromStr for Purpose {
+    type Err = UnknownPurpose;
+
+    fn from_str(text: &str) -> Result<Self, UnknownPurpose> {
         let found = Self::ALL.into_iter().find(|purpose| purpose.name() == text);
-        found.ok_or_else(|| format!("known: {}", Self::ALL.map(Self::name).join(", ")))
+        found.ok_or(UnknownPurpose)
     }
 }
 

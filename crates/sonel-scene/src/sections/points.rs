@@ -153,8 +153,10 @@ fn read_directivity(
     };
     let Some(balloon) = read_balloon(entry, path, bands, open) else { return Directivity::OMNI };
     let Some(aim) = aim else { return Directivity::OMNI };
-    balloon_file::rolled(balloon, aim, stated.unwrap_or(up)).unwrap_or_else(|problem| {
+    // Without an upper side where aim and up are parallel and azimuths differ.
+    Directivity::measured(balloon, aim, stated.unwrap_or(up)).unwrap_or_else(|| {
         let at = table.get("up").map_or(table.at, |up| up.at);
+        let problem = "is parallel to aim: give up = [x, y, z], a direction across the aim";
         table.report.problem(at, format!("{}: {problem}", table.path_of("up")));
         Directivity::OMNI
     })

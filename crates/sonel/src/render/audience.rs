@@ -4,12 +4,13 @@
 //! point of a face on it a receiver stands at a height, along the vertical. Vertical faces have none. A point with another face between it and
 //! its receiver is below that face, like the floor under a table.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use sonel_geometry::Geometry;
 use sonel_renderer::ReceiverPoint;
 use sonel_scene::Scene;
 
 use crate::names::place;
+use crate::{Error, Result};
 
 /// Width of the rim of a face that counts as it [m]: positions in feet or of single precision are off by less, and the cracks of that width
 /// are closed by default.
@@ -50,30 +51,26 @@ impl Audience {
     ///
     /// # Errors
     /// A material that the scene does not have; no point; more than 100 000 of them.
-    pub(super) fn points(
-        &self,
-        scene: &Scene,
-        geometry: &Geometry,
-    ) -> Result<(Vec<ReceiverPoint>, usize), String> {
+    pub(super) fn points(&self, scene: &Scene, geometry: &Geometry) -> Result<(Vec<ReceiverPoint>, usize)> {
         let (mut points, mut below) = (Vec::new(), 0);
         for name in &self.materials {
             let known = scene.materials.iter().map(|material| material.name.as_str());
             let material = place(known, name, "`audience`: the scene has no material")?;
             let lattice = Lattice::over(scene.up, material as u32, geometry, self.spacing)
-                .ok_or_else(|| format!("`audience`: no face is of \"{name}\""))?;
+                .ok_or_else(|| Error::refused(format!("`audience`: no face is of \"{name}\"")))?;
             let columns = lattice.columns();
             if columns > MOST_POINTS {
-                return Err(format!(
+                return Err(Error::refused(format!(
                     "`spacing` {} m divides the faces of \"{name}\" into {columns} columns, more than {MOST_POINTS}: give a wider one",
                     self.spacing
-                ));
+                )));
             }
             let (found, hidden) = lattice.places(geometry, self.height);
             if found.is_empty() && hidden == 0 {
-                return Err(format!(
+                return Err(Error::refused(format!(
                     "`audience`: no point of a lattice of {} m is on a face of \"{name}\" that is not vertical: give a smaller `spacing`",
                     self.spacing
-                ));
+                )));
             }
             below += hidden;
             points.extend(found.into_iter().map(|place| ReceiverPoint::omni(name, place)));
@@ -107,26 +104,14 @@ impl Lattice {
         let across = along.reject_from(up).normalize();
         let axes = [across, up.cross(across), up];
         let mesh = geometry.mesh();
-        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for index in 0..mesh.triangles.len() as u32 {
-            if mesh.triangles[index as usize].material != material {
-                continue;
-            }
-            for corner in mesh.corners(index) {
-                for axis in [0, 1] {
-                    let coordinate = corner.dot(axes[axis]);
-                    low[axis] = low[axis].min(coordinate);
-                    high[axis] = high[axis].max(coordinate);
-                }
-            }
-        }
-        if low[0] > high[0] {
-            return None;
-        }
+        let of_material = (0..).zip(&mesh.triangles).filter(|(_, triangle)| triangle.material == material);
+        let plan = |corner: DVec3| DVec2::new(corner.dot(axes[0]), corner.dot(axes[1]));
+        let corners = || of_material.clone().flat_map(|(index, _)| mesh.corners(index)).map(plan);
+        let (low, high) = (corners().reduce(DVec2::min)?, corners().reduce(DVec2::max)?);
         // Centred, so that the margins on both sides are equal.
-        let counts = [0, 1].map(|axis| ((high[axis] - low[axis] + RIM) / spacing).floor().max(1.0));
-        let first = [0, 1].map(|axis| 0.5 * (low[axis] + high[axis]) - 0.5 * spacing * (counts[axis] - 1.0));
-        Some(Self { axes, material, spacing, first, counts })
+        let counts = ((high - low + RIM) / spacing).floor().max(DVec2::ONE);
+        let first = 0.5 * (low + high) - 0.5 * spacing * (counts - 1.0);
+        Some(Self { axes, material, spacing, first: first.to_array(), counts: counts.to_array() })
     }
 
     fn columns(&self) -> f64 {

@@ -242,7 +242,7 @@ fn directivity(value: &str, source: &Source, scene: &Scene) -> Result<Directivit
 
 fn find<'a, T>(all: &'a mut [T], name: &str, name_of: impl Fn(&T) -> &str, kind: &str) -> Result<&'a mut T> {
     let at = place(all.iter().map(name_of), name, &format!("the map has no {kind}"));
-    Ok(&mut all[at.map_err(Error::refused)?])
+    Ok(&mut all[at?])
 }
 
 /// The keys of a material in a scene file, with `changes` in place of what they replace.

@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 use std::fmt::{self, Display, Formatter};
+use std::num::NonZeroU32;
 use std::str::FromStr;
 
 use crate::study::response::receivers_of;
@@ -71,15 +72,11 @@ impl Grid {
     #[must_use]
     pub(crate) fn points(&self) -> Vec<ReceiverPoint> {
         let [xs, ys, zs] = &self.axes.each_ref().map(Axis::positions);
-        let mut points = Vec::with_capacity(xs.len() * ys.len() * zs.len());
-        for (i, &x) in xs.iter().enumerate() {
-            for (j, &y) in ys.iter().enumerate() {
-                for (k, &z) in zs.iter().enumerate() {
-                    points.push(ReceiverPoint::omni(&format!("grid {i} {j} {k}"), DVec3::new(x, y, z)));
-                }
-            }
-        }
-        points
+        let point = |i: usize, j: usize, k: usize| {
+            ReceiverPoint::omni(&format!("grid {i} {j} {k}"), DVec3::new(xs[i], ys[j], zs[k]))
+        };
+        let columns = (0..xs.len()).flat_map(|i| (0..ys.len()).map(move |j| (i, j)));
+        columns.flat_map(|(i, j)| (0..zs.len()).map(move |k| point(i, j, k))).collect()
     }
 }
 
@@ -99,14 +96,12 @@ impl FromStr for Grid {
     type Err = ParseError;
 
     fn from_str(text: &str) -> Result<Self, ParseError> {
-        let wrong = || {
+        let axes: Option<Vec<Axis>> = text.split(',').map(parse_axis).collect();
+        Self::new(axes.and_then(|axes| axes.try_into().ok()).ok_or_else(|| {
             ParseError(format!(
                 "\"{text}\" is not a grid: write three axes, each lo:hi:n or one number: 10:60:6,1.2,10:60:6"
             ))
-        };
-        let axes: Vec<Axis> =
-            text.split(',').map(|axis| parse_axis(axis).ok_or_else(wrong)).collect::<Result<_, _>>()?;
-        Self::new(axes.try_into().map_err(|_| wrong())?)
+        })?)
     }
 }
 
@@ -117,8 +112,8 @@ fn parse_axis(text: &str) -> Option<Axis> {
     match parts[..] {
         [single] => Some(number(single)?.into()),
         [low, high, count] => {
-            let axis = Axis { low: number(low)?, high: number(high)?, count: count.parse().ok()? };
-            (axis.count > 0).then_some(axis)
+            let count = count.parse::<NonZeroU32>().ok()?.get();
+            Some(Axis { low: number(low)?, high: number(high)?, count })
         }
         _ => None,
     }
@@ -141,7 +136,7 @@ pub(super) fn gather(
         let on_grid = grid.map(Grid::points).unwrap_or_default();
         let (mut free, mut found) = free_points(on_grid, scene, geometry);
         if let Some(audience) = audience {
-            let (above, below_faces) = audience.points(scene, geometry).map_err(Error::refused)?;
+            let (above, below_faces) = audience.points(scene, geometry)?;
             let (above, of_audience) = free_points(above, scene, geometry);
             found = found.and(GridCounts {
                 points: of_audience.points + below_faces,

@@ -241,7 +241,7 @@ pub struct PreparedRendering<'a> {
     prepared: &'a Prepared,
     options: &'a RenderOptions,
     map: SonelMap,
-    geometry: Arc<Geometry>,
+    pub(crate) geometry: Arc<Geometry>,
     warnings: Vec<String>,
     settings: RenderSettings,
     receivers: Vec<ReceiverPoint>,
@@ -255,11 +255,6 @@ impl PreparedRendering<'_> {
     #[must_use]
     pub fn receivers(&self) -> &[ReceiverPoint] {
         &self.receivers
-    }
-
-    #[cfg(test)]
-    pub(crate) fn shares_walls(&self, walls: &Arc<Geometry>) -> bool {
-        Arc::ptr_eq(&self.geometry, walls)
     }
 
     fn job<'b>(&'b self, watch: Watch<'b>) -> Job<'b> {

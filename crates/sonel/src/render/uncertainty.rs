@@ -297,7 +297,7 @@ fn uncertainties(given: &[AbsorptionUncertainty], scene: &Scene) -> Result<Vec<V
             Some(name) => match place(known(), name, "the scene has no material") {
                 Ok(index) => &mut found[index],
                 Err(problem) => {
-                    problems.push(problem);
+                    problems.push(problem.to_string());
                     continue;
                 }
             },

@@ -7,6 +7,7 @@
 //!
 //! References: docs/references.md.
 
+use std::fmt::Display;
 use std::path::Path;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -18,6 +19,8 @@ use sonel_echogram::Provenance;
 use sonel_scene::requirement::{self, Requirement, Size, State};
 
 use crate::ParseError;
+
+pub use sonel_scene::requirement::DoesNotApply;
 
 /// A criterion.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,9 +42,12 @@ enum Range {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Bands {
-    All,
     Between([f64; 2]),
     Listed(Vec<f64>),
+}
+
+impl Bands {
+    const ALL: Self = Self::Between([0.0, f64::INFINITY]);
 }
 
 /// What became of a criterion.
@@ -85,19 +91,15 @@ fn standard(name: &str) -> Result<Option<Arc<Requirement>>, ParseError> {
         return Ok(requirement::shipped().get(&name.to_lowercase()).cloned().map(Arc::new));
     };
     let file = format!("{stem}.toml");
-    let text = crate::file::read_to_string(Path::new(&file)).map_err(|error| error.to_string());
-    let found =
-        text.and_then(|text| requirement::read(&text)).map_err(|it| ParseError(format!("{file}: {it}")))?;
-    let names = || found.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
-    let one = if of.is_empty() && found.len() == 1 {
-        found.values().next()
-    } else {
-        found.get(of.trim_start_matches(':'))
-    };
-    one.cloned()
-        .map(Arc::new)
-        .map(Some)
-        .ok_or_else(|| ParseError(format!("{file}: write {file}:NAME, NAME being one of {}", names())))
+    let wrong = |error: &dyn Display| ParseError(format!("{file}: {error}"));
+    let text = crate::file::read_to_string(Path::new(&file)).map_err(|error| wrong(&error))?;
+    let found = requirement::read(&text).map_err(|error| wrong(&error))?;
+    let only = found.values().next().filter(|_| of.is_empty() && found.len() == 1);
+    if let Some(one) = only.or_else(|| found.get(of.trim_start_matches(':'))) {
+        return Ok(Some(Arc::new(one.clone())));
+    }
+    let names = found.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+    Err(wrong(&format!("write {file}:NAME, NAME being one of {names}")))
 }
 
 /// What a requirement needs to know of the room of a response.
@@ -133,7 +135,6 @@ impl Criterion {
         match &self.range {
             Range::Stated(range, bands) => {
                 let is_meant = match bands {
-                    Bands::All => true,
                     Bands::Between([low, high]) => (*low..=*high).contains(&hz),
                     Bands::Listed(listed) => listed.contains(&hz),
                 };
@@ -147,7 +148,7 @@ impl Criterion {
     ///
     /// # Errors
     /// Why the criterion does not apply.
-    pub fn judged(&self, bands: &[f64], room: &Provenance) -> Result<Vec<Judged>, String> {
+    pub fn judged(&self, bands: &[f64], room: &Provenance) -> Result<Vec<Judged>, DoesNotApply> {
         match &self.range {
             Range::Stated(range, _) if !matches!(self.quantity, Single::Of(_)) => {
                 return Ok(vec![Judged { bands: Vec::new(), range: *range }]);
@@ -164,7 +165,11 @@ impl Criterion {
         }
         let judged = |hz: &f64| Some(Judged { bands: vec![*hz], range: self.range(*hz, room)? });
         let judged: Vec<Judged> = bands.iter().filter_map(judged).collect();
-        if judged.is_empty() { Err("the response has none of its bands".to_owned()) } else { Ok(judged) }
+        if judged.is_empty() {
+            Err(DoesNotApply("the response has none of its bands".to_owned()))
+        } else {
+            Ok(judged)
+        }
     }
 
     /// What is judged, at a receiver.
@@ -243,10 +248,10 @@ impl std::fmt::Display for Verdict {
 fn stated(text: &str) -> Option<(Single, Range)> {
     let (condition, bands) = match text.split_once('@') {
         Some((condition, bands)) => (condition, self::bands(bands)?),
-        None => (text, Bands::All),
+        None => (text, Bands::ALL),
     };
     let named = |name: &str| {
-        Single::named(name.trim()).filter(|single| bands == Bands::All || matches!(single, Single::Of(_)))
+        Single::named(name.trim()).filter(|single| bands == Bands::ALL || matches!(single, Single::Of(_)))
     };
     for (sign, is_most) in [("<=", true), (">=", false)] {
         if let Some((name, value)) = condition.split_once(sign) {
@@ -361,7 +366,7 @@ mod tests {
     #[test]
     fn what_does_not_apply_says_why() {
         let reason = |word: &str, room: &Provenance| {
-            word.parse::<Criterion>().unwrap().judged(&[500.0], room).unwrap_err()
+            word.parse::<Criterion>().unwrap().judged(&[500.0], room).unwrap_err().to_string()
         };
         assert_eq!(reason("ansi-s12.60", &room(600.4)), "volume 600 m³ outside 0 … 566 m³");
         assert_eq!(reason("din18041-b3", &room(600.0)), "the response states no height");

@@ -10,7 +10,7 @@ use sonel_renderer::{Columns, MOST_RAYS, RenderSettings};
 use crate::study::kurtosis;
 use crate::study::split::{self, RenderedTwice, Variance};
 use crate::study::spread::{
-    HalfWidth, PLANNED, Place, Reading, pooled_kurtosis, readings, student_factor, unit,
+    HalfWidth, NoWidth, PLANNED, Place, Reading, pooled_kurtosis, readings, student_factor, unit,
 };
 use crate::study::target::Targets;
 
@@ -76,7 +76,7 @@ pub struct Spread {
     /// Mean value; none where every run refused it as too noisy.
     pub value: Option<f64>,
     /// Variance, or the reason why there is none.
-    pub variance: Result<Variance, String>,
+    pub variance: Result<Variance, NoWidth>,
     /// Excess kurtosis that a batch of a single emission would have: large where few strong paths carry the parameter, so that its
     /// variance is itself uncertain.
     pub tail: f64,
@@ -185,8 +185,8 @@ impl Pilot {
     ///
     /// # Errors
     /// Why nobody can say.
-    pub fn half_width<'a>(&self, spread: &'a Spread, effort: Effort) -> Result<HalfWidth, &'a str> {
-        let variance = spread.variance.as_ref().map_err(String::as_str)?;
+    pub fn half_width<'a>(&self, spread: &'a Spread, effort: Effort) -> Result<HalfWidth, &'a NoWidth> {
+        let variance = spread.variance.as_ref()?;
         let [all, areas] = self.noise(variance, effort);
         let bias = self.squared_bias(variance, effort) + SPURIOUS * SPURIOUS * 4.0 * areas;
         let noise = student_factor(effort.batches) * all.sqrt();
@@ -198,8 +198,8 @@ impl Pilot {
     ///
     /// # Errors
     /// Why nobody can say.
-    pub fn range<'a>(&self, spread: &'a Spread, effort: Effort) -> Result<[f64; 2], &'a str> {
-        let variance = spread.variance.as_ref().map_err(String::as_str)?;
+    pub fn range<'a>(&self, spread: &'a Spread, effort: Effort) -> Result<[f64; 2], &'a NoWidth> {
+        let variance = spread.variance.as_ref()?;
         let width = self.half_width(spread, effort)?;
         let factor = libm::exp(MOST_SIGMAS * self.scatter(effort, spread.tail));
         let [_, areas] = self.noise(variance, effort);
@@ -224,6 +224,11 @@ impl Pilot {
     /// The square of the bias: it grows with the areas of discs and spheres.
     fn squared_bias(&self, variance: &Variance, effort: Effort) -> f64 {
         variance.bias * libm::pow(self.effort.emissions as f64 / effort.emissions as f64, 2.0 / 3.0)
+    }
+
+    /// What has no variance, and why.
+    pub(crate) fn not_estimable(&self) -> impl Iterator<Item = (Place, &NoWidth)> {
+        self.spreads.iter().filter_map(|spread| Some((spread.place, spread.variance.as_ref().err()?)))
     }
 
     fn of_parameter(&self, parameter: Parameter) -> impl Iterator<Item = &Spread> {

@@ -7,7 +7,7 @@ use sonel_analysis::comparison::{Pairing, difference};
 use sonel_analysis::estimate::StandardError;
 use sonel_analysis::{Parameter, ReceiverParameters};
 
-use crate::study::spread::{Place, Reading, student_factor, unit};
+use crate::study::spread::{NoWidth, Place, Reading, student_factor, unit};
 
 /// Squares of standard errors in just-noticeable differences.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -66,7 +66,7 @@ impl RenderedTwice<'_> {
 }
 
 /// The parts of the variance of a parameter that was read from `batches` batches and of which visibility rays have `share`.
-pub(crate) fn parts(reading: &Reading, batches: u32, share: f64) -> Result<Variance, String> {
+pub(crate) fn parts(reading: &Reading, batches: u32, share: f64) -> Result<Variance, NoWidth> {
     let sigma = reading.half_width.clone()?.noise / student_factor(batches);
     let all = sigma * sigma;
     let rays = share * all;

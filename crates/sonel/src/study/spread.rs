@@ -3,8 +3,9 @@
 //! In that unit parameters of all kinds compare, and a reverberation time that is refused as too noisy still says how
 //! noisy it is.
 
-use sonel_analysis::estimate::KernelShift;
+use sonel_analysis::estimate::{KernelShift, NoInterval};
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters, Unsupported, student};
+use thiserror::Error;
 
 use crate::study::kurtosis::excess_kurtosis;
 
@@ -50,11 +51,23 @@ pub struct Reading {
     /// Value, in the unit of the parameter; none where it is refused as too noisy.
     pub value: Option<f64>,
     /// Half of its 95 % interval, or why nobody can say.
-    pub half_width: Result<HalfWidth, String>,
+    pub half_width: Result<HalfWidth, NoWidth>,
     /// Bias of discs and spheres [JND]; none where nothing is averaged over an area.
     pub kernel: Option<KernelShift>,
     /// Excess kurtosis of the batches: above zero where few of them are far from the others.
     pub excess_kurtosis: f64,
+}
+
+/// Why nobody can say how wide an interval is.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum NoWidth {
+    /// The parameter has no value.
+    #[error(transparent)]
+    Value(#[from] Unsupported),
+    /// The value has no interval.
+    #[error(transparent)]
+    Interval(#[from] NoInterval),
 }
 
 /// Half of a 95 % interval, in just-noticeable differences.
@@ -106,13 +119,13 @@ pub fn readings(parameters: &[ReceiverParameters], wanted: &[Parameter]) -> Vec<
     readings
 }
 
-fn reading(estimate: &ParameterValue, parameter: Parameter) -> (Option<f64>, Result<HalfWidth, String>) {
+fn reading(estimate: &ParameterValue, parameter: Parameter) -> (Option<f64>, Result<HalfWidth, NoWidth>) {
     let estimate = match estimate {
         Ok(estimate) => estimate,
         Err(Unsupported::Noisy { just_noticeable }) => {
             return (None, Ok(HalfWidth { noise: *just_noticeable, beside: 0.0 }));
         }
-        Err(reason) => return (None, Err(reason.to_string())),
+        Err(reason) => return (None, Err(reason.clone().into())),
     };
     let half_width = match (&estimate.interval, &estimate.error) {
         (Ok([low, high]), Some(error)) => {
@@ -120,8 +133,8 @@ fn reading(estimate: &ParameterValue, parameter: Parameter) -> (Option<f64>, Res
             let noise = student::quantile(student::MISSED, error.freedom) * error.sigma;
             Ok(HalfWidth { noise: noise / unit, beside: ((0.5 * (high - low) - noise) / unit).max(0.0) })
         }
-        (Err(reason), _) => Err(reason.to_string()),
-        (_, None) => Err("its batches give no standard error".to_owned()),
+        (Err(reason), _) => Err(reason.clone().into()),
+        (_, None) => Err(NoInterval::NoBatches.into()),
     };
     (Some(estimate.value), half_width)
 }

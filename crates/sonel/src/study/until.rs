@@ -6,7 +6,9 @@
 //! The estimate has 31 degrees of freedom and there are few evaluations, so coverage falls from 95 by some per cent at the most
 //! (docs/planning.md); [`MARGIN`] aims beyond the target so that one evaluation is usually enough.
 
-use crate::study::spread::{Place, Reading};
+use sonel_analysis::Unsupported;
+
+use crate::study::spread::{NoWidth, Place, Reading};
 use crate::study::target::Targets;
 
 /// Factor on the emissions that the last variance asks for [1]: the standard error of a variance from 32 batches is 25 %, of half-widths 13 %.
@@ -31,7 +33,7 @@ pub struct Verdict {
     /// The parameter farthest from its limit; none where nothing is limited.
     pub worst: Option<Worst>,
     /// Figures that are limited and cannot be read, with the reason.
-    pub not_estimable: Vec<(Place, String)>,
+    pub not_estimable: Vec<(Place, NoWidth)>,
 }
 
 /// The parameter farthest from its limit.
@@ -68,8 +70,9 @@ impl Verdict {
                         verdict.worst = Some(found);
                     }
                 }
-                (Ok(_), None) if reading.value.is_none() => {
-                    verdict.not_estimable.push((place, "its interval is too wide for a value".to_owned()));
+                (Ok(width), None) if reading.value.is_none() => {
+                    let noisy = Unsupported::Noisy { just_noticeable: width.noise };
+                    verdict.not_estimable.push((place, noisy.into()));
                 }
                 (Ok(_), None) => {}
             }
@@ -130,7 +133,7 @@ mod tests {
     fn what_cannot_be_read_is_never_reached() {
         let targets: Targets = "t30<1%".parse().unwrap();
         let mut found = reading(Parameter::T30, 0.1);
-        found.half_width = Err("too short".to_owned());
+        found.half_width = Err(Unsupported::NoEnergy.into());
         let verdict = Verdict::new(&[found], &targets);
         assert!(verdict.is_inside() && !verdict.is_reached());
     }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use anyhow::Context;
 use clap::{Args, ValueEnum};
 use sonel::analysis::Parameter;
 use sonel::analysis::single::Single;
@@ -71,11 +72,11 @@ pub enum What {
     Map,
 }
 
-fn parse_drawn(text: &str) -> Result<Single, String> {
+fn parse_drawn(text: &str) -> anyhow::Result<Single> {
     // Of a system alone, which has no plan.
     let found =
         Single::named(text.trim()).filter(|&found| found != Single::Of(Parameter::DirectToReverberant));
-    found.ok_or_else(|| format!("\"{text}\" is not a parameter: write one of {}", drawn_names()))
+    found.with_context(|| format!("\"{text}\" is not a parameter: write one of {}", drawn_names()))
 }
 
 /// Names of parameters, as help and messages list them.
@@ -95,11 +96,11 @@ mod tests {
     #[test]
     fn parameters_of_maps_have_long_and_short_names() {
         for name in ["c80", "C80", "clarity_c80_db"] {
-            assert_eq!(parse_drawn(name), Ok(Single::Of(Parameter::ClarityC80)));
+            assert_eq!(parse_drawn(name).unwrap(), Single::Of(Parameter::ClarityC80));
         }
-        assert_eq!(parse_drawn("lj"), Ok(Single::Of(Parameter::LateLateralLevel)));
-        assert_eq!(parse_drawn("support_late_db"), Ok(Single::Of(Parameter::SupportLate)));
-        assert_eq!(parse_drawn("sti"), Ok(Single::Speech));
-        assert!(parse_drawn("drr").unwrap_err().contains("t30"));
+        assert_eq!(parse_drawn("lj").unwrap(), Single::Of(Parameter::LateLateralLevel));
+        assert_eq!(parse_drawn("support_late_db").unwrap(), Single::Of(Parameter::SupportLate));
+        assert_eq!(parse_drawn("sti").unwrap(), Single::Speech);
+        assert!(parse_drawn("drr").unwrap_err().to_string().contains("t30"));
     }
 }

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use sonel::analysis::{ParameterValue, ReceiverParameters};
 use sonel::echograms::Provenance;
-use sonel::study::criteria::{Criterion, Judged, Verdict, verdict};
+use sonel::study::criteria::{Criterion, DoesNotApply, Judged, Verdict, verdict};
 use sonel_console::quantity;
 
 /// A target at the receivers of a source.
@@ -12,7 +12,7 @@ pub(super) struct Share {
     source: String,
     receivers: usize,
     /// In every band that it is about, or why it does not apply.
-    bands: Result<Vec<Counts>, String>,
+    bands: Result<Vec<Counts>, DoesNotApply>,
 }
 
 /// Receivers of each verdict, which add up with those without a value.
@@ -103,7 +103,7 @@ pub(super) fn json(shares: &[Share]) -> Value {
         match bands {
             Ok(bands) => all.extend(bands.iter().map(|counts| band_json(entry.clone(), target, counts))),
             Err(reason) => {
-                entry["does_not_apply"] = json!(reason);
+                entry["does_not_apply"] = json!(reason.to_string());
                 all.push(entry);
             }
         }
