@@ -384,40 +384,6 @@ def test_microphones_beyond_the_far_field_are_receivers(tmp_path):
 
 
 # Writes the data set of two rooms in the folder of the first argument.
-WRITER = f"""
-import sys
-import sonel
-from sonel import _dataset
-
-if __name__ == "__main__":
-    sonel.dataset(sonel.random_rooms(2, **{ROOMS!r}), sys.argv[1], workers=1, shard_size=1, **{QUICK!r})
-"""
-
-
-def test_a_data_set_that_is_killed_at_any_time_is_whole_after_the_next_run(tmp_path):
-    (tmp_path / "writer.py").write_text(WRITER)
-
-    def writing(name):
-        return subprocess.Popen([sys.executable, tmp_path / "writer.py", tmp_path / name])
-
-    def shards(name):
-        return {path.name: path.read_bytes() for path in (tmp_path / name).glob("shard-*.npz")}
-
-    begun = time.monotonic()
-    assert writing("whole").wait() == 0
-    seconds, whole = time.monotonic() - begun, shards("whole")
-    assert len(whole) == 2
-    for number, share in enumerate(np.random.default_rng(1).uniform(0.1, 1.0, 3)):
-        name = f"killed-{number}"
-        writer = writing(name)
-        time.sleep(share * seconds)
-        writer.kill()
-        writer.wait()
-        assert shards(name).items() <= whole.items(), "what is there is complete"
-        assert writing(name).wait() == 0
-        assert shards(name) == whole
-
-
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="a system with pipes")
 def test_a_pipe_in_the_place_of_a_file_of_a_data_set_stops_no_run(tmp_path):
     os.mkfifo(tmp_path / "dataset.json")
