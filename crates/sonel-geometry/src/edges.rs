@@ -55,9 +55,9 @@ impl Edge {
 /// A mesh edge on the rim of its surfaces.
 struct Segment {
     ends: [u32; 2],
-    surfaces: Vec<SurfaceId>,
+    surfaces: SmallVec<[SurfaceId; 2]>,
     /// Plane of each face and the direction into it, in a fixed order.
-    faces: Vec<(PlaneId, DVec3)>,
+    faces: SmallVec<[(PlaneId, DVec3); 2]>,
     shape: EdgeShape,
     wedge_angle: f64,
     sectors: Vec<AirSector>,
@@ -81,7 +81,7 @@ impl Survey<'_> {
     /// Finds all edges.
     pub(crate) fn edges(&self) -> Vec<Edge> {
         let mut segments: Vec<Segment> = self.shared.iter().filter_map(|edge| self.segment(edge)).collect();
-        segments.sort_by(|a, b| a.surfaces.cmp(&b.surfaces));
+        segments.sort_by_cached_key(|segment| segment.surfaces.clone());
         let groups = straight_groups(self.mesh, &segments, self.tolerance);
         groups.into_iter().map(|group| whole(self.mesh, &segments, &group)).collect()
     }
@@ -103,14 +103,14 @@ impl Survey<'_> {
             [a, b] if edge.is_ahead(self.mesh, a) != edge.is_ahead(self.mesh, b) => self.wedge(edge, [a, b]),
             _ => (EdgeShape::Junction, 0.0),
         };
-        let mut surfaces: Vec<SurfaceId> = faces.iter().map(|&face| of(face)).collect();
+        let mut surfaces: SmallVec<[SurfaceId; 2]> = faces.iter().map(|&face| of(face)).collect();
         surfaces.sort_unstable();
         surfaces.dedup();
         let sectors = match shape {
             EdgeShape::Seam => Vec::new(),
             _ => diffracting(self.mesh, edge, &faces, self.surfaces, self.cells, of),
         };
-        let mut faces: Vec<(PlaneId, SurfaceId, DVec3)> = faces
+        let mut faces: SmallVec<[(PlaneId, SurfaceId, DVec3); 2]> = faces
             .iter()
             .map(|&face| (self.surface(face).plane, of(face), edge.inward(self.mesh, face)))
             .collect();
@@ -136,16 +136,16 @@ impl Survey<'_> {
 /// Groups of segments that continue one another: the same planes and shape, a common vertex, one line.
 fn straight_groups(mesh: &Mesh, segments: &[Segment], tolerance: f64) -> Vec<Vec<u32>> {
     let mut connected = Connected::new(segments.len());
-    let mut at_vertex: HashMap<u32, Vec<usize>> = HashMap::default();
+    let mut at_vertex: HashMap<u32, SmallVec<[u32; 6]>> = HashMap::default();
     for (index, segment) in segments.iter().enumerate() {
         for end in segment.ends {
             let others = at_vertex.entry(end).or_default();
             for &other in others.iter() {
-                if continues(mesh, &segments[other], segment, end, tolerance) {
-                    connected.join(other as u32, index as u32);
+                if continues(mesh, &segments[other as usize], segment, end, tolerance) {
+                    connected.join(other, index as u32);
                 }
             }
-            others.push(index);
+            others.push(index as u32);
         }
     }
     connected.groups(0..segments.len() as u32)

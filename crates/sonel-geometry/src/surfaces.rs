@@ -7,6 +7,7 @@ use crate::Mesh;
 use crate::topology::SharedEdge;
 use foldhash::HashMap;
 use glam::DVec3;
+use smallvec::SmallVec;
 use std::iter::successors;
 
 /// Cosine between normals from which on two faces are parallel: 1.4 mrad, 1.4 mm over a metre. Chosen, not measured; 1 − 4e-6 doubles the
@@ -102,8 +103,8 @@ pub(crate) fn partition(
 }
 
 /// For each triangle those of its material with which it shares an edge, all `closed` or none.
-fn neighbours(mesh: &Mesh, edges: &[SharedEdge], closed: &[bool]) -> Vec<Vec<u32>> {
-    let mut neighbours = vec![Vec::new(); mesh.triangles.len()];
+fn neighbours(mesh: &Mesh, edges: &[SharedEdge], closed: &[bool]) -> Vec<SmallVec<[u32; 4]>> {
+    let mut neighbours = vec![SmallVec::new(); mesh.triangles.len()];
     for edge in edges {
         for &a in &edge.faces {
             for &b in &edge.faces {
@@ -118,7 +119,7 @@ fn neighbours(mesh: &Mesh, edges: &[SharedEdge], closed: &[bool]) -> Vec<Vec<u32
 }
 
 /// Floods regions from their largest triangle; regions are listed by their lowest triangle.
-fn grow_regions(mesh: &Mesh, neighbours: &[Vec<u32>], tolerance: f64) -> Vec<Vec<u32>> {
+fn grow_regions(mesh: &Mesh, neighbours: &[SmallVec<[u32; 4]>], tolerance: f64) -> Vec<Vec<u32>> {
     let count = mesh.triangles.len() as u32;
     let areas: Vec<f64> = (0..count).map(|i| mesh.vector_area(i).length()).collect();
     let mut seeds: Vec<u32> = (0..count).collect();

@@ -52,11 +52,13 @@ impl Beam {
 
 /// Surroundings of a receiver.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Surroundings {
+pub(crate) struct Surroundings<'a> {
     /// How far the sound that comes to it goes at a time [m]: the mean free path, of what comes from farther off the distance.
     pub free_path: f64,
     /// Distance of the next interface between airs [m]; infinite without any.
     pub interface: f64,
+    /// cos θ / d² of some of the sonels that it sees [1/m²].
+    pub solid_angles: &'a [f64],
 }
 
 /// The balls of a receiver, one for each range of path lengths.
@@ -78,7 +80,7 @@ impl Balls {
         center: DVec3,
         radius: f64,
         nearest: f64,
-        about: Surroundings,
+        about: Surroundings<'_>,
     ) -> Self {
         // The size of an open scene does not say how far the field about a receiver is alike.
         let closed = geometry.is_closed_room();

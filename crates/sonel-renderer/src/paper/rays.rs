@@ -16,7 +16,7 @@ use sonel_sampling::{ScrambledSobol, Stream, warp};
 use crate::exact::mirror::Radiator;
 use crate::receiver::PreparedReceiver;
 use crate::stochastic::connection::normal_on;
-use crate::stochastic::gather::rays::{GatherPoint, Sonels, Weight};
+use crate::stochastic::gather::rays::{GatherPoint, Weight};
 
 use super::Paper;
 
@@ -130,7 +130,7 @@ impl Paper {
         hit: &sonel_geometry::Hit,
         (length, sensitivity, towards): (f64, f64, glam::Vec3),
     ) -> GatherPoint {
-        let mut disc = self.sheets[hit.surface.0 as usize].disc(hit, self.disc_radius);
+        let mut disc = self.sheets[hit.surface.0 as usize].disc(looking.geometry, hit, self.disc_radius);
         let columns = looking.table.bands();
         disc.place = disc.place * columns as u32 + looking.column as u32;
         GatherPoint {
@@ -144,7 +144,7 @@ impl Paper {
             )),
             disc,
             seen_directly,
-            sonels: Sonels::All,
+            is_followed: false,
             towards,
         }
     }

@@ -54,7 +54,8 @@ impl Tile {
             pixels.map(|(column, row)| camera.sees(renderer.geometry, column, row)).collect();
         let disc = |(pixel, hit): (usize, &Option<Hit>)| {
             let hit = hit.as_ref()?;
-            Some(PixelDisc { disc: sheets[hit.surface.0 as usize].disc(hit, radius), pixel })
+            let disc = sheets[hit.surface.0 as usize].disc(renderer.geometry, hit, radius);
+            Some(PixelDisc { disc, pixel })
         };
         let discs = seen.iter().enumerate().filter_map(disc).collect();
         let lanes = lanes_of(renderer.prepared.table.bands());

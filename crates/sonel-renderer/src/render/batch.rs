@@ -23,7 +23,7 @@ use crate::stochastic::crossing::{AssignedClasses, Piece, cross, is_left_to_sphe
 use crate::stochastic::estimate::{Arriving, BatchEstimate, Tile};
 use crate::stochastic::gather::disc::place;
 use crate::stochastic::gather::near::NearSource;
-use crate::stochastic::gather::rays::{Found, GatherPoint, Observer, Sonels};
+use crate::stochastic::gather::rays::{Found, GatherPoint, Observer};
 use crate::stochastic::gather::{GatherIndex, cast};
 use crate::stochastic::kernel::coarse_bins;
 use crate::stochastic::medium::Medium;
@@ -49,6 +49,8 @@ pub(crate) struct ReceiverGroup<'a> {
 struct Scratch {
     choices: Vec<Stream>,
     selector: Selector,
+    /// Of the selected sonels those that are connected, by receiver.
+    connected: Vec<Selector>,
     /// Energy of a selected sonel, with those that it stands for.
     selected: Vec<Lanes>,
     /// The discs of the batch's rays, where any are cast.
@@ -235,19 +237,16 @@ impl Renderer<'_> {
         for (&(number, gain), brought) in discs.iter().zip(brought.chunks_exact_mut(arriving.len())) {
             let point = index.point(number);
             let receiver = point.receiver as usize;
-            if point.sonels == Sonels::NotFollowed && is_followed {
+            if point.is_followed && is_followed {
                 continue;
             }
             let class = last_class(point.seen_directly);
-            // By way of the sonel, not of the disc's middle: never shorter than the straight way.
-            let end = segment.end.as_dvec3();
-            let middle = sheets[arrival.surface.0 as usize].place(point.disc.centre);
-            let leg = end.distance(point.start) - middle.distance(point.start);
             let prepared = &group.tile.receivers[receiver];
-            let [ray, leg] = [point.length, leg].map(|length| length * prepared.stretch);
-            let length = segment.end_length + ray + leg;
-            let Some(bin) = self.prepared.bins.bin(length) else { continue };
-            medium.receive(prepared, (ray + leg).max(0.0), brought);
+            // By way of the sonel, not of the disc's middle: never shorter than the straight way.
+            let leg = segment.end.as_dvec3().distance(point.start);
+            let length = ((point.length + leg) * prepared.stretch).max(0.0);
+            let Some(bin) = self.prepared.bins.bin(segment.end_length + length) else { continue };
+            medium.receive(prepared, length, brought);
             let arriving = Arriving { receiver, towards: point.towards.as_dvec3(), length, bin };
             estimate.of(class, &medium).add_from_kernel(arriving, brought, gain);
         }
@@ -283,6 +282,7 @@ impl Renderer<'_> {
         let mut scratch = Scratch {
             choices: group.tile.receivers.iter().map(choices).collect(),
             selector: Selector::new(0.0),
+            connected: vec![Selector::new(0.0); group.tile.receivers.len()],
             selected: zeros.clone(),
             index: None,
             radiosity: zeros.clone(),
@@ -295,7 +295,9 @@ impl Renderer<'_> {
         scratch.index = self.gather_index(group, source, batch, &mut scratch.energy, estimate);
         let mut weight = PathWeight::of(&self.prepared.table);
         for path in self.map.batch_paths(source as u32, batch) {
-            scratch.selector = Selector::new(selections.stream(path.emission).uniform_fine());
+            let mut offsets = selections.stream(path.emission);
+            scratch.selector = Selector::new(offsets.uniform_fine());
+            scratch.connected.fill(Selector::new(offsets.uniform_fine()));
             scratch.run.now = 0;
             self.follow_path(path, source, 1.0, &mut weight, |segment, arriving| {
                 self.add_segment(segment, arriving, group, &mut scratch, estimate);
@@ -384,12 +386,12 @@ impl Renderer<'_> {
         let medium = self.medium();
         let row = &*self.prepared.table.row(arrival.surface, segment.direction());
         let Some(selection) = group.selection.filter(|_| !row.is_mirror) else { return };
-        let probability = selection.probability(segment.end_length, segment.end, arriving);
-        if !scratch.selector.takes(probability) {
+        let brightness = selection.brightness(segment.end_length, segment.end, arriving);
+        if segment.end_length > self.prepared.bins.reach || !scratch.selector.takes(brightness.min(1.0)) {
             return;
         }
-        scratch.selected.copy_from_slice(arriving);
-        scratch.selected.divide(probability);
+        scratch.selected.set_times(arriving, brightness.recip().max(1.0));
+        medium.air.attenuate(segment.end_length, &mut scratch.selected);
         self.gather(segment, arrival, group, scratch, estimate);
         scratch.radiosity.set_product(&scratch.selected, &row.diffuse.energy, core::f64::consts::FRAC_1_PI);
         let sonel = DiffuseSonel {
@@ -397,10 +399,11 @@ impl Renderer<'_> {
             normal: normal_on(arrival.side, self.prepared.normals[arrival.surface.0 as usize]),
             departure: self.geometry.leave(segment.end, arrival.surface, arrival.side),
             length: segment.end_length,
+            brightness: brightness.max(1.0),
             radiosity: &scratch.radiosity,
         };
         let diffuse = &mut estimate.of(PathClass::Diffuse, &medium);
-        connect(&sonel, group.tile.receivers, &mut scratch.energy, diffuse);
+        connect(&sonel, group.tile.receivers, &mut scratch.connected, &mut scratch.energy, diffuse);
         let mirrored = &mut estimate.of(PathClass::DiffuseMirror, &medium);
         for (index, images) in group.images.iter().enumerate() {
             if let Some(images) = images {

@@ -162,12 +162,8 @@ impl<'a> Renderer<'a> {
             // as noisy.
             by_mirrors: !has_lattice,
         };
-        let (edges, sheets) = rayon::join(
-            || if diffracts { edges(scene, geometry) } else { Vec::new() },
-            || settings.estimator.has_rays().then(|| Sheet::all(geometry)),
-        );
         let prepared = Preparation {
-            edges,
+            edges: if diffracts { edges(scene, geometry) } else { Vec::new() },
             chains: image_chains(geometry, &table, settings.mirror_order),
             levels: table
                 .propagation()
@@ -175,7 +171,7 @@ impl<'a> Renderer<'a> {
                 .filter(|_| settings.estimator.connects_diffuse())
                 .map(|profile| Levels::new(geometry, profile)),
             image_sources: (0..sources).map(|_| OnceLock::new()).collect(),
-            gather: sheets.map(|sheets| (sheets, rays)),
+            gather: settings.estimator.has_rays().then(|| (Sheet::all(geometry), rays)),
             paper: by_paper.then(|| Paper::new(geometry, map.header(), &settings)),
             airs,
             carried_air: AirTable::new(&least, bins.reach),
@@ -418,7 +414,11 @@ impl<'a> Renderer<'a> {
                 let wide = disc.map(wide);
                 let interface = distance_to_interface(scene, geometry, position);
                 let narrow = wide.map(|wide| wide.min(of_room_disc));
-                let about = Surroundings { free_path: scale.distance, interface };
+                let about = Surroundings {
+                    free_path: scale.distance,
+                    interface,
+                    solid_angles: &outlook.solid_angles,
+                };
                 let air = airs.as_ref().map_or(0, |airs| airs.at(r.position));
                 PreparedReceiver {
                     air,

@@ -12,6 +12,7 @@ use sonel_scene::Leg;
 use crate::partition::Partitions;
 use crate::receiver::PreparedReceiver;
 use crate::stochastic::estimate::{Arriving, Deposit};
+use crate::stochastic::selection::Selector;
 
 /// One sonel, ready to be connected.
 #[derive(Debug)]
@@ -24,7 +25,9 @@ pub(crate) struct DiffuseSonel<'a> {
     pub departure: Departure,
     /// Path length so far [m].
     pub length: f64,
-    /// e · δ / π per band.
+    /// e / ē of the selection, at least 1: [`connect`] takes the brighter ones more often.
+    pub brightness: f64,
+    /// e · δ / π per band, after the air up to here.
     pub radiosity: &'a [Lanes],
 }
 
@@ -38,22 +41,29 @@ pub(crate) fn normal_on(side: Side, front: Vec3) -> Vec3 {
     }
 }
 
-/// Connects one sonel to all receivers.
+/// Connects one sonel to the receivers: to each with probability p in proportion to its brightness there, and weight 1/p.
 #[inline]
 pub(crate) fn connect(
     sonel: &DiffuseSonel<'_>,
     receivers: &[PreparedReceiver],
+    selectors: &mut [Selector],
     scratch: &mut [Lanes],
     deposit: &mut Deposit<'_, '_>,
 ) {
     let medium = deposit.medium;
-    for (index, receiver) in receivers.iter().enumerate() {
+    for ((index, receiver), selector) in receivers.iter().enumerate().zip(selectors) {
         if let Some(leg) = medium.table.propagation().leg(sonel.position.as_dvec3(), receiver.exact) {
             connect_by_arc(sonel, (index, receiver), &leg, scratch, deposit);
             continue;
         }
         let offset = receiver.position - sonel.position;
-        if offset.dot(sonel.normal) <= 0.0 {
+        let projected = offset.dot(sonel.normal);
+        if projected <= 0.0 {
+            continue;
+        }
+        let whole = receiver.solid_angle(projected, offset.length_squared());
+        let probability = (sonel.brightness * whole / receiver.thinned_below).min(1.0);
+        if !selector.takes(probability) {
             continue;
         }
         if sonel.length + f64::from(offset.length()) * receiver.stretch > medium.bins.reach {
@@ -63,19 +73,16 @@ pub(crate) fn connect(
         // Partitions with thickness shift the way.
         let offset = offset - passed.shift().as_vec3();
         let projected = offset.dot(sonel.normal).max(0.0);
-        let squared = f64::from(offset.length_squared());
-        let distance = squared.sqrt();
+        let distance = f64::from(offset.length_squared()).sqrt();
         let leg = (distance + passed.thickness()) * receiver.stretch;
-        let length = sonel.length + leg;
-        let Some(bin) = medium.bins.bin(length) else { continue };
-        // What is brighter than the receiver's limit is left to its rays.
-        let solid_angle = (f64::from(projected) / (distance * squared)).min(receiver.brightest);
+        let Some(bin) = medium.bins.bin(sonel.length + leg) else { continue };
+        let solid_angle = receiver.solid_angle(projected, offset.length_squared());
         let towards = -offset.as_dvec3();
         let solid_angle = solid_angle * receiver.sensitivity.to(towards);
-        scratch.set_times(sonel.radiosity, solid_angle);
+        scratch.set_times(sonel.radiosity, solid_angle / probability);
         passed.attenuate(medium.table, scratch);
         medium.receive(receiver, leg, scratch);
-        deposit.add(Arriving { receiver: index, towards, length, bin }, scratch);
+        deposit.add(Arriving { receiver: index, towards, length: leg, bin }, scratch);
     }
 }
 
@@ -90,8 +97,8 @@ fn connect_by_arc(
 ) {
     let medium = deposit.medium;
     let cosine = leg.arc.direction(0.0).dot(sonel.normal.as_dvec3());
-    let length = sonel.length + leg.length;
-    let Some(bin) = medium.bins.bin(length).filter(|_| cosine > 0.0) else { return };
+    let length = leg.length;
+    let Some(bin) = medium.bins.bin(sonel.length + length).filter(|_| cosine > 0.0) else { return };
     let start = sonel.departure.origin;
     let passed = Partitions::along(medium.geometry, medium.table, start, leg, receiver.position);
     let Some(passed) = passed else { return };

@@ -125,9 +125,9 @@ pub(crate) struct Arriving {
     pub receiver: usize,
     /// Direction from the receiver to where it comes from, of any length.
     pub towards: DVec3,
-    /// Path length [m].
+    /// Length of the path over which air has not attenuated its energy yet [m].
     pub length: f64,
-    /// Time bin of that.
+    /// Time bin.
     pub bin: usize,
 }
 
@@ -141,7 +141,7 @@ pub(crate) struct Deposit<'a, 't> {
 }
 
 impl Deposit<'_, '_> {
-    /// Adds `energy`, spread but not yet attenuated by air, to the echogram of a receiver.
+    /// Adds `energy`, spread but not yet attenuated by the last of the air, to the echogram of a receiver.
     #[inline]
     pub(crate) fn add(&mut self, arriving: Arriving, energy: &mut [Lanes]) {
         let Arriving { receiver, towards, length, bin } = arriving;

@@ -87,12 +87,11 @@ impl ReceiverImages {
             return;
         }
         let squared = offset.length_squared();
-        let distance = squared.sqrt();
-        let length = sonel.length + distance;
-        let Some(bin) = medium.bins.bin(length) else { return };
+        let length = squared.sqrt();
+        let Some(bin) = medium.bins.bin(sonel.length + length) else { return };
         let towards = -offset * image.signs;
         // What is brighter than the receiver's limit is left to its rays.
-        let solid_angle = (projected / (distance * squared)).min(self.brightest);
+        let solid_angle = (projected / (length * squared)).min(self.brightest);
         let weight = solid_angle * self.inverse_probability[index] * self.sensitivity.to(towards);
         scratch.set_product(sonel.radiosity, &image.factor, weight);
         let towards = first.unwrap_or(towards);

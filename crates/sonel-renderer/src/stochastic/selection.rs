@@ -4,6 +4,8 @@
 //! selected with probability p = min(1, e / ē) and then weighted by 1/p, so that the mean stays: threshold sampling [DuffieldLundThorup2005].
 //! With ē = Σe² / Σe over the sonels about its time and place no more of them are selected than equal ones would have the same variance,
 //! (Σe)² / Σe², and the variance that they bring is at most doubled. Of several bands the one with the largest e / ē decides.
+//!
+//! Nor do all that are selected matter to each receiver: they are [connected](super::connection) to it in proportion to max(1, e / ē) cos θ / d².
 
 use std::ops::Range;
 
@@ -103,13 +105,14 @@ pub(crate) struct SonelSelection {
 }
 
 impl SonelSelection {
-    /// p of a sonel at `place` (about the scene's centre [m]) after a path of `length` [m] that carries `energy`. Where nothing was counted it is 1.
+    /// e / ē of a sonel at `place` (about the scene's centre [m]) after a path of `length` [m] that carries `energy`. Where nothing was counted it has
+    /// no bound.
     #[inline]
     #[must_use]
-    pub(crate) fn probability(&self, length: f64, place: Vec3, energy: &[Lanes]) -> f64 {
+    pub(crate) fn brightness(&self, length: f64, place: Vec3, energy: &[Lanes]) -> f64 {
         let inverse = &self.inverse_thresholds[self.neighbourhoods.around(length, place)];
         let ratios = inverse.iter().zip(energy).map(|(&inverse, &energy)| energy * inverse);
-        ratios.fold(Lanes::ZERO, Lanes::max).largest().min(1.0)
+        ratios.fold(Lanes::ZERO, Lanes::max).largest()
     }
 }
 
@@ -173,7 +176,7 @@ mod tests {
             let mut selector = Selector::new(offset);
             let (mut found, mut taken) = (0.0, 0);
             for energy in &energies {
-                let probability = selection.probability(50.0, HERE, energy);
+                let probability = selection.brightness(50.0, HERE, energy).min(1.0);
                 if selector.takes(probability) {
                     found += energy[0][0] / weigh(probability);
                     taken += 1;
@@ -197,9 +200,9 @@ mod tests {
     fn equal_sonels_and_times_without_any_are_all_selected() {
         let equal = vec![to_lanes([0.25, 0.5]); 10];
         let selection = counts(&equal).selection();
-        assert!(selection.probability(50.0, HERE, &equal[0]) >= 1.0);
-        assert!(selection.probability(90.0, HERE, &equal[0]) >= 1.0, "nothing was counted there");
-        assert!(selection.probability(50.0, HERE, &to_lanes([0.025, 0.05])) < 0.5);
+        assert!(selection.brightness(50.0, HERE, &equal[0]) >= 1.0);
+        assert!(selection.brightness(90.0, HERE, &equal[0]) >= 1.0, "nothing was counted there");
+        assert!(selection.brightness(50.0, HERE, &to_lanes([0.025, 0.05])) < 0.5);
     }
 
     #[test]
@@ -208,7 +211,7 @@ mod tests {
         (0..100).for_each(|_| counts.count(5.0, HERE, &[Lanes::splat(1.0)]));
         (0..100).for_each(|_| counts.count(5.0, THERE, &[Lanes::splat(1e-3)]));
         let selection = counts.selection();
-        assert!(selection.probability(5.0, THERE, &[Lanes::splat(1e-3)]) > 0.999);
-        assert!(selection.probability(5.0, HERE, &[Lanes::splat(1e-3)]) < 0.002);
+        assert!(selection.brightness(5.0, THERE, &[Lanes::splat(1e-3)]) > 0.999);
+        assert!(selection.brightness(5.0, HERE, &[Lanes::splat(1e-3)]) < 0.002);
     }
 }

@@ -11,15 +11,24 @@ use core::f64::consts::FRAC_1_SQRT_2;
 use glam::{DVec2, DVec3};
 use sonel_geometry::{Geometry, Hit, Side, SurfaceId};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::OnceLock;
 
 use super::visible::{Segment, distance_to, visible_area};
 
 /// A surface laid out in its plane.
 #[derive(Debug, Clone)]
 pub(crate) struct Sheet {
+    surface: SurfaceId,
     origin: DVec3,
     across: DVec3,
     along: DVec3,
+    /// Found for the first disc: rays meet few of a million surfaces.
+    outline: OnceLock<Outline>,
+}
+
+/// Borders of a sheet.
+#[derive(Debug, Clone)]
+struct Outline {
     /// Boundary edges with the surface on their left, seen from the front.
     boundary: Vec<Segment>,
     /// Feet of walls that stand on the front and on the back and could hide a part of the surface from another.
@@ -75,47 +84,54 @@ impl Sheet {
 
     /// Lays out a surface. Coordinates are about the scene's centre.
     #[must_use]
-    pub(crate) fn new(geometry: &Geometry, id: SurfaceId) -> Self {
+    fn new(geometry: &Geometry, id: SurfaceId) -> Self {
         let surface = geometry.surface(id);
         let across = surface.normal.any_orthonormal_vector();
-        let along = surface.normal.cross(across);
-        let mut sheet = Self {
-            origin: surface.centroid - geometry.center(),
-            across,
-            along,
-            boundary: Vec::new(),
-            feet: Default::default(),
-        };
+        let (origin, along) = (surface.centroid - geometry.center(), surface.normal.cross(across));
+        Self { surface: id, origin, across, along, outline: OnceLock::new() }
+    }
+
+    fn outline(&self, geometry: &Geometry) -> &Outline {
+        self.outline.get_or_init(|| Outline::new(geometry, self))
+    }
+
+    /// The disc of `radius` [m] about a point of the surface, on the side that was met.
+    #[must_use]
+    pub(crate) fn disc(&self, geometry: &Geometry, hit: &Hit, radius: f64) -> Disc {
+        let centre = self.flat(hit.position.as_dvec3());
+        let view = self.outline(geometry).view(hit.side, centre, radius);
+        Disc { place: place(hit.surface, hit.side), centre, radius, view }
+    }
+
+    /// Coordinates in the plane of a point on it [m].
+    #[inline]
+    #[must_use]
+    pub(crate) fn flat(&self, point: DVec3) -> DVec2 {
+        let offset = point - self.origin;
+        DVec2::new(self.across.dot(offset), self.along.dot(offset))
+    }
+}
+
+impl Outline {
+    fn new(geometry: &Geometry, sheet: &Sheet) -> Self {
+        let surface = geometry.surface(sheet.surface);
         let triangles = || surface.triangles.iter().map(|&t| geometry.mesh().triangles[t as usize].corners);
         let edges = |[a, b, c]: [u32; 3]| [(a, b), (b, c), (c, a)];
         // Triangles that are drawn twice count once.
         let directed: BTreeSet<(u32, u32)> = triangles().flat_map(edges).collect();
         let corner = |index: u32| sheet.flat(geometry.mesh().vertices[index as usize] - geometry.center());
         let rim = directed.iter().copied().filter(|&(from, to)| !directed.contains(&(to, from)));
-        sheet.boundary = straightened(rim, corner);
+        let boundary = straightened(rim, corner);
         let resolution = f64::from(geometry.resolution());
-        sheet.feet = geometry.footprints(id).map(|feet| {
+        let feet = geometry.footprints(sheet.surface).map(|feet| {
             let flat = feet.into_iter().map(|[a, b]| (sheet.flat(a), sheet.flat(b)));
-            flat.filter(|&corner| sheet.is_divided_by(corner, resolution)).collect()
+            flat.filter(|&foot| is_divided(&boundary, foot, resolution)).collect()
         });
-        sheet
-    }
-
-    /// Whether the line through `foot` has more than rounding of the surface on both sides: a wall on a straight border has not.
-    fn is_divided_by(&self, (a, b): Segment, resolution: f64) -> bool {
-        let Some(along) = (b - a).try_normalize() else { return false };
-        let beside = |(corner, _): &Segment| along.perp_dot(*corner - a);
-        let (left, right) = self
-            .boundary
-            .iter()
-            .map(beside)
-            .fold((0.0_f64, 0.0_f64), |(left, right), at| (left.max(at), right.max(-at)));
-        left.min(right) > BORDER_RESOLUTIONS * resolution
+        Self { boundary, feet }
     }
 
     /// Part of one side of the surface that is visible in the disc of `radius` [m] about `centre`, a point of it.
-    #[must_use]
-    pub(crate) fn view(&self, side: Side, centre: DVec2, radius: f64) -> View {
+    fn view(&self, side: Side, centre: DVec2, radius: f64) -> View {
         let inner_radius = radius * FRAC_1_SQRT_2;
         let area = self.clipped_area(centre, radius);
         let feet = &self.feet[usize::from(side == Side::Back)];
@@ -139,36 +155,8 @@ impl Sheet {
         View { area, inner_area: self.clipped_area(centre, inner_radius), hidden_by: Vec::new() }
     }
 
-    /// The disc of `radius` [m] about a point of the surface, on the side that was met.
-    #[must_use]
-    pub(crate) fn disc(&self, hit: &Hit, radius: f64) -> Disc {
-        let centre = self.flat(hit.position.as_dvec3());
-        Disc {
-            place: place(hit.surface, hit.side),
-            centre,
-            radius,
-            view: self.view(hit.side, centre, radius),
-        }
-    }
-
-    /// Coordinates in the plane of a point on it [m].
-    #[inline]
-    #[must_use]
-    pub(crate) fn flat(&self, point: DVec3) -> DVec2 {
-        let offset = point - self.origin;
-        DVec2::new(self.across.dot(offset), self.along.dot(offset))
-    }
-
-    /// The point at coordinates in the plane, about the scene's centre [m].
-    #[inline]
-    #[must_use]
-    pub(crate) fn place(&self, flat: DVec2) -> DVec3 {
-        self.origin + self.across * flat.x + self.along * flat.y
-    }
-
     /// Area of the disc of `radius` about `centre`, a point of the surface, that lies on the surface [m²].
-    #[must_use]
-    pub(crate) fn clipped_area(&self, centre: DVec2, radius: f64) -> f64 {
+    fn clipped_area(&self, centre: DVec2, radius: f64) -> f64 {
         let whole = core::f64::consts::PI * radius * radius;
         let change: f64 =
             self.boundary.iter().map(|&(a, b)| edge_change(a - centre, b - centre, radius)).sum();
@@ -185,6 +173,14 @@ const STRAIGHT: f64 = 1e-6;
 const BORDER_RESOLUTIONS: f64 = 64.0;
 /// Share of a disc [1] below which feet of walls hide nothing of it: rounding.
 const NOTHING_HIDDEN: f64 = 1e-9;
+
+/// Whether the line through a `foot` has more than rounding of the surface in `boundary` on both sides: a wall on a straight border has not.
+fn is_divided(boundary: &[Segment], (a, b): Segment, resolution: f64) -> bool {
+    let Some(along) = (b - a).try_normalize() else { return false };
+    let beside = boundary.iter().map(|(corner, _)| along.perp_dot(*corner - a));
+    let (left, right) = beside.fold((0.0_f64, 0.0_f64), |(left, right), at| (left.max(at), right.max(-at)));
+    left.min(right) > BORDER_RESOLUTIONS * resolution
+}
 
 /// Joins the edges of a boundary that go straight on: a conforming mesh divides a border wherever another face touches it, and
 /// every disc pays for every piece. Vertices at which boundaries meet stay.
@@ -255,7 +251,9 @@ mod tests {
 
     fn area(size: [f64; 3], at: [f64; 2], radius: f64) -> f64 {
         let (geometry, sheet) = floor(size);
-        sheet.clipped_area(sheet.flat(DVec3::new(at[0], at[1], 0.0) - geometry.center()), radius)
+        sheet
+            .outline(&geometry)
+            .clipped_area(sheet.flat(DVec3::new(at[0], at[1], 0.0) - geometry.center()), radius)
     }
 
     #[test]
@@ -274,11 +272,11 @@ mod tests {
     #[test]
     fn a_border_divided_by_other_faces_costs_no_more_edges() {
         // Boards that end on the rim of the floor divide two of its edges in the conforming mesh.
-        let (_, divided) =
+        let (room, divided) =
             floor_with_screens(&[[1.0, 0.0, 1.0, 0.5], [2.0, 0.0, 2.0, 0.7], [0.0, 2.0, 0.5, 2.0]]);
-        let (_, plain) = floor_with_screens(&[]);
-        assert_eq!(plain.boundary.len(), 4);
-        assert_eq!(divided.boundary.len(), 4);
+        let (empty, plain) = floor_with_screens(&[]);
+        assert_eq!(plain.outline(&empty).boundary.len(), 4);
+        assert_eq!(divided.outline(&room).boundary.len(), 4);
     }
 
     #[test]
@@ -320,8 +318,8 @@ mod tests {
 
     #[test]
     fn walls_on_a_border_hide_nothing() {
-        let (_, sheet) = floor([3.0, 2.0, 2.0]);
-        assert!(sheet.feet.iter().all(Vec::is_empty));
+        let (geometry, sheet) = floor([3.0, 2.0, 2.0]);
+        assert!(sheet.outline(&geometry).feet.iter().all(Vec::is_empty));
     }
 
     #[test]
@@ -329,13 +327,13 @@ mod tests {
         let (geometry, sheet) = floor_with_screens(&[[2.0, 0.0, 2.0, 3.0]]);
         let at = |x: f64| sheet.flat(DVec3::new(x, 1.5, 0.0) - geometry.center());
         let centre = at(1.75);
-        let view = sheet.view(Side::Front, centre, 0.5);
+        let view = sheet.outline(&geometry).view(Side::Front, centre, 0.5);
         // A quarter of the diameter is cut off: the disc less a segment of 120°.
         let segment = 0.25 * (PI / 3.0 - 3.0_f64.sqrt() / 4.0);
         assert!((view.area - (0.25 * PI - segment)).abs() < 1e-6, "{}", view.area);
-        let below = sheet.view(Side::Back, centre, 0.5);
+        let below = sheet.outline(&geometry).view(Side::Back, centre, 0.5);
         assert!((below.area - 0.25 * PI).abs() < 1e-12 && below.hidden_by.is_empty());
-        let far = sheet.view(Side::Front, at(1.45), 0.5);
+        let far = sheet.outline(&geometry).view(Side::Front, at(1.45), 0.5);
         assert!(far.hidden_by.is_empty());
     }
 
@@ -353,7 +351,7 @@ mod tests {
         for [x, y] in [[1.2, 1.4], [1.9, 0.9], [0.5, 1.2], [2.6, 0.3]] {
             let at = |x: f64, y: f64| sheet.flat(DVec3::new(x, y, 0.0) - geometry.center());
             let (centre, radius) = (at(x, y), 0.9);
-            let view = sheet.view(Side::Front, centre, radius);
+            let view = sheet.outline(&geometry).view(Side::Front, centre, radius);
             let (cells, mut seen, mut within) = (1200, 0, 0);
             for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
                 let place =

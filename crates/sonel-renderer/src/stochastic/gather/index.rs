@@ -18,7 +18,8 @@ const MOST_CELLS: f64 = 16.0;
 #[derive(Debug)]
 pub(crate) struct GatherIndex<P> {
     points: Vec<P>,
-    /// By place.
+    /// Number of the grid of each place, beyond them where it has none.
+    by_place: Vec<u32>,
     grids: Vec<Grid>,
     /// Where the list of each cell begins, of all grids in turn, and where the last one ends.
     starts: Vec<u32>,
@@ -111,26 +112,32 @@ impl<P: AsRef<Disc>> GatherIndex<P> {
     #[must_use]
     pub(crate) fn new(points: Vec<P>) -> Self {
         let places = points.iter().map(|point| point.as_ref().place as usize + 1).max().unwrap_or(0);
-        let mut grids = vec![Grid::EMPTY; places];
+        let (mut by_place, mut grids) = (vec![u32::MAX; places], Vec::new());
         for disc in points.iter().map(AsRef::as_ref) {
-            grids[disc.place as usize].cover(disc);
+            let number = &mut by_place[disc.place as usize];
+            if *number == u32::MAX {
+                *number = grids.len() as u32;
+                grids.push(Grid::EMPTY);
+            }
+            grids[*number as usize].cover(disc);
         }
         let mut cells = 0;
         for grid in &mut grids {
             cells += grid.divide(cells);
         }
+        let grid = |disc: &Disc| &grids[by_place[disc.place as usize] as usize];
         // Neighbours in the room are neighbours in memory: sonels come from everywhere, and what is not in the cache costs most of a visit.
         let mut order: Vec<usize> = (0..points.len()).collect();
         order.sort_by_cached_key(|&point| {
             let disc = points[point].as_ref();
-            grids[disc.place as usize].number(disc.centre)
+            grid(disc).number(disc.centre)
         });
         let mut numbers = vec![0_u32; points.len()];
         (0..).zip(&order).for_each(|(number, &point)| numbers[point] = number);
         // Each list is filled from its end, so that its start is found on the way, and in the order of the points: no point changes the order of
         // others, which sums would show in their last bit.
         let mut starts = vec![0_u32; cells + 1];
-        let touched = |disc: &Disc| grids[disc.place as usize].touched(disc);
+        let touched = |disc: &Disc| grid(disc).touched(disc);
         points.iter().map(AsRef::as_ref).flat_map(touched).for_each(|cell| starts[cell] += 1);
         let mut end = 0;
         for start in &mut starts {
@@ -141,13 +148,13 @@ impl<P: AsRef<Disc>> GatherIndex<P> {
         for (&number, disc) in numbers.iter().zip(points.iter().map(AsRef::as_ref)) {
             for cell in touched(disc) {
                 starts[cell] -= 1;
-                let centre = (disc.centre - grids[disc.place as usize].low).as_vec2();
+                let centre = (disc.centre - grid(disc).low).as_vec2();
                 listed[starts[cell] as usize] = Listed { centre, number };
             }
         }
         let mut unsorted: Vec<Option<P>> = points.into_iter().map(Some).collect();
         let points = order.iter().map(|&point| unsorted[point].take().expect("each point once")).collect();
-        Self { points, grids, starts, listed }
+        Self { points, by_place, grids, starts, listed }
     }
 
     /// Lists in `found` every disc on `place` that `at`, in the plane of its surface, lies in and is seen from, and how much more
@@ -157,7 +164,8 @@ impl<P: AsRef<Disc>> GatherIndex<P> {
     #[inline]
     pub(crate) fn around(&self, place: u32, at: DVec2, found: &mut Vec<(u32, f64)>) {
         found.clear();
-        let Some(grid) = self.grids.get(place as usize) else { return };
+        let number = self.by_place.get(place as usize).copied().unwrap_or(u32::MAX);
+        let Some(grid) = self.grids.get(number as usize) else { return };
         if !(at.cmpge(grid.low).all() && at.cmple(grid.high).all()) {
             return;
         }

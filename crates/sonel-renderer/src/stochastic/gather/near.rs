@@ -43,11 +43,13 @@ impl NearSource<'_> {
         let NearPlace { ray, normal, choice, .. } = *place;
         let mut radiosity = ray.throughput.clone();
         radiosity.scale(spread(1.0));
+        deposit.medium.air.attenuate(ray.length.min(deposit.medium.bins.reach), &mut radiosity);
         let sonel = DiffuseSonel {
             position: ray.at.as_vec3(),
             normal,
             departure: ray.departure,
             length: ray.length,
+            brightness: 1.0,
             radiosity: &radiosity,
         };
         images.connect(&sonel, (receiver, Some(ray.towards.as_dvec3())), choice, scratch, deposit);

@@ -43,16 +43,16 @@ pub(crate) struct GatherPoint {
     pub receiver: u32,
     /// The disc.
     pub disc: Disc,
-    /// Length of the ray [m].
+    /// Length of the ray before its last leg [m].
     pub length: f64,
-    /// Start of the ray's last leg, relative to the scene's centre [m].
+    /// Start of that leg, relative to the scene's centre [m].
     pub start: DVec3,
     /// (4π/M) · T · δ / (π A) per band, times the share that is gathered [1/m²].
     pub weight: Weight,
     /// Whether the receiver sees the last diffuse reflection without a mirror.
     pub seen_directly: bool,
-    /// Sonels that it gathers.
-    pub sonels: Sonels,
+    /// Whether it leaves out sonels that the ray finds where it goes on from a near surface.
+    pub is_followed: bool,
     /// Where the ray left the receiver to.
     pub towards: Vec3,
 }
@@ -61,15 +61,6 @@ impl AsRef<Disc> for GatherPoint {
     fn as_ref(&self) -> &Disc {
         &self.disc
     }
-}
-
-/// Sonels that a disc gathers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Sonels {
-    /// Each of them.
-    All,
-    /// Sonels that the ray does not find where it goes on from a near surface.
-    NotFollowed,
 }
 
 /// A place near the receiver that reflects diffusely: what the source and its mirror images send there has still to be connected.
@@ -126,23 +117,24 @@ pub(crate) fn cast(
             let [gathered, followed] =
                 if row.is_mirror { [0.0; 2] } else { ray.shares(&observer, &hit, normal, settings) };
             let mirrors = ray.goes_on_by_mirrors(observer.receiver, medium.chains, hit.surface, settings);
-            let mut disc = |share: f64, sonels: Sonels| {
+            let mut disc = |share: f64, is_followed: bool| {
                 if share > 0.0 {
-                    let disc = sheets[hit.surface.0 as usize].disc(&hit, observer.receiver.disc_radius);
+                    let sheet = &sheets[hit.surface.0 as usize];
+                    let disc = sheet.disc(medium.geometry, &hit, observer.receiver.disc_radius);
                     found(Found::Disc(GatherPoint {
                         receiver: observer.number,
-                        length: ray.length,
+                        length: ray.length - ray.at.distance(hit.position.as_dvec3()),
                         start: ray.at,
                         weight: product(&ray.throughput, &row.diffuse.energy, share / disc.view.area),
                         disc,
                         seen_directly: ray.is_seen_directly(),
-                        sonels,
+                        is_followed,
                         towards: ray.towards,
                     }));
                 }
             };
-            disc(gathered, Sonels::All);
-            disc(followed, Sonels::NotFollowed);
+            disc(gathered, false);
+            disc(followed, true);
             if followed > 0.0 {
                 let on = ray.followed(medium, &hit, normal, &row.diffuse.energy, followed);
                 let (surface, choice) = (hit.surface, f64::from(choices.point(near_places)[0]));

@@ -55,6 +55,8 @@ pub(crate) struct Outlook {
     pub directions: GuidedDirections,
     /// Scale of discs and balls; none where no sonel is visible.
     pub scale: Option<Scale>,
+    /// cos θ / d² of every sonel [1/m²].
+    pub solid_angles: Vec<f64>,
 }
 
 /// Lengths over which irradiance and fluence vary.
@@ -137,7 +139,8 @@ impl SonelSample {
             }
         }
         let directions: Vec<(Vec3, f64)> = seen.iter().map(|seen| (seen.towards, seen.weight)).collect();
-        Outlook { directions: GuidedDirections::new(&directions), scale: scale(&seen) }
+        let solid_angles = seen.iter().map(|seen| seen.weight).collect();
+        Outlook { directions: GuidedDirections::new(&directions), scale: scale(&seen), solid_angles }
     }
 
     /// Share of the rays that meet the partition of `row` at `hit` that pass it: more the more sonels lie behind.
