@@ -103,7 +103,7 @@ const RADIUS_PER_FREE_PATH: f64 = 0.12;
 /// Radii shrink as N^(−1/6) from here, so that its O(r²) bias vanishes as fast as the noise (docs/physics.md §4).
 pub(crate) const REFERENCE_EMISSIONS: f64 = 50_000.0;
 /// Limit below which sonels are thinned, over Σg² / Σg of g = cos θ / d² [1], which doubles the variance that connections bring at most. Intervals are
-/// 1 % wider; with 1 up to 5 % (C50, office) at a tenth less time (church).
+/// 1 to 2 % wider; with 1 up to 5 % (C50, office) at a tenth less time (church).
 const THINNED: f64 = 0.5;
 /// Distance within which a surface is near [radii of a disc]: nearer, few sonels bring much, and rays are less noisy than connections. Chosen,
 /// not measured.

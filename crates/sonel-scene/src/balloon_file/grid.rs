@@ -5,7 +5,7 @@ use sonel_acoustics::energy_to_level_db;
 use crate::problem::LineProblem;
 
 /// Difference of levels in one direction from which on a note names it [dB]: rounding of files with one decimal.
-pub(super) const SPREAD_DB: f64 = 0.1;
+const SPREAD_DB: f64 = 0.1;
 
 /// Energies by azimuth, polar angle and band, as of a [`sonel_acoustics::Balloon`].
 pub(super) struct Grid {
@@ -29,6 +29,12 @@ pub(super) fn mean(rows: &[&[f64]]) -> (Vec<f64>, f64) {
         energies().sum::<f64>() / rows.len() as f64
     };
     ((0..rows[0].len()).map(of_band).collect(), spread)
+}
+
+/// What is said where levels of one direction, at this `place`, differ.
+pub(super) fn spread_note(place: &str, spread_db: f64) -> Option<String> {
+    let note = format!("levels {place} differ by up to {spread_db:.1} dB; their mean energy is used");
+    (spread_db > SPREAD_DB).then_some(note)
 }
 
 /// Everything wrong with a file.

@@ -18,7 +18,7 @@ use sonel_sofa::{Sofa, SofaError, Triangles, Triplets, spherical};
 
 use crate::problem::LineProblem;
 
-use super::grid::{Grid, Problems, SPREAD_DB, mean};
+use super::grid::{Grid, Problems, mean, spread_note};
 
 /// The convention that is read.
 const CONVENTION: &str = "FreeFieldDirectivityTF";
@@ -72,11 +72,7 @@ fn grid(bytes: &[u8], bands: &Bands) -> Result<Grid, SofaError> {
     }
     let mut notes = Vec::new();
     let (measured, spread) = merged(all);
-    if spread > SPREAD_DB {
-        notes.push(format!(
-            "levels in one direction differ by up to {spread:.1} dB; the mean of their energies is used"
-        ));
-    }
+    notes.extend(spread_note("in one direction", spread));
     let directions: Vec<DVec3> = measured.iter().map(|measured| measured.direction).collect();
     check_coverage(&directions)?;
     let spacing = (4.0 * PI / directions.len() as f64).sqrt().to_degrees();

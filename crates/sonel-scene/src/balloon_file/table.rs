@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use sonel_acoustics::{BandWidth, Bands, energy_from_level_db};
 
-use super::grid::{Grid, Problems, SPREAD_DB, mean};
+use super::grid::{Grid, Problems, mean, spread_note};
 use crate::problem::LineProblem;
 
 /// Largest distance of an angle from a multiple of the step [°]: files round to two decimals.
@@ -50,11 +50,7 @@ pub(super) fn read(bytes: &[u8], bands: &Bands) -> Result<Grid, Problems> {
         notes.push(format!("azimuths end at {largest}° and are mirrored at {planes}"));
     }
     let largest = poles.iter().flatten().map(|(_, spread)| *spread).fold(0.0, f64::max);
-    if largest > SPREAD_DB {
-        notes.push(format!(
-            "levels at one pole differ by up to {largest:.1} dB; the mean of their energies is used"
-        ));
-    }
+    notes.extend(spread_note("at one pole", largest));
     Ok(Grid { shape: [azimuths.count, polars.count, bands.count()], energies, notes })
 }
 

@@ -9,6 +9,7 @@ use crate::obj::{Face, FileTerms, MaterialName, NAMELESS, Polygons, Vertices, an
 use crate::problem::LineProblem;
 
 /// Faces read so far and what is wrong with them.
+#[derive(Default)]
 pub(crate) struct Collector {
     terms: FileTerms,
     vertices: Vertices,
@@ -27,18 +28,7 @@ pub(crate) struct Collector {
 
 impl Collector {
     pub(crate) fn new(terms: FileTerms) -> Self {
-        Self {
-            terms,
-            vertices: Vertices::default(),
-            corners: Vec::new(),
-            faces: Vec::new(),
-            names: Vec::new(),
-            indices_of_names: HashMap::new(),
-            flat: None,
-            points: Vec::new(),
-            notes: Vec::new(),
-            problems: Vec::new(),
-        }
+        Self { terms, ..Self::default() }
     }
 
     /// Whether there is any face.

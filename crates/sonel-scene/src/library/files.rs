@@ -140,16 +140,13 @@ fn read_odeon(text: &str) -> (Vec<LibraryEntry>, Problems) {
             title = Some((number, line.trim().to_owned()));
             continue;
         };
-        match numbers(line.split_whitespace(), 1.0) {
-            Ok(values) if values.len() == 8 => entries.extend(odeon_entries(&begun, &values)),
-            Ok(values) => problems.push(LineProblem::new(
-                number,
-                format!("{} numbers; give α in 8 octaves, 63 … 8000 Hz", values.len()),
-            )),
-            Err(message) => {
-                problems
-                    .push(LineProblem::new(number, format!("{message} (α of the material in line {at})")));
-            }
+        let values = numbers(line.split_whitespace(), 1.0).and_then(|values| match values.len() {
+            8 => Ok(values),
+            count => Err(format!("{count} numbers; give 8 octaves, 63 … 8000 Hz")),
+        });
+        match values.map_err(|message| format!("{message} (α of the material in line {at})")) {
+            Ok(values) => entries.extend(odeon_entries(&begun, &values)),
+            Err(message) => problems.push(LineProblem::new(number, message)),
         }
     }
     if let Some((at, _)) = title {

@@ -22,7 +22,7 @@ const IMAGES_TIMES_EDGES: usize = 1 << 13;
 pub(super) const OFF_THE_MIRROR: f64 = 8.0;
 
 /// An end of a path, or its image in mirrors.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Image {
     /// The mirrors, the one next to the end of the path first.
     pub mirrors: Vec<Mirror>,
@@ -106,14 +106,8 @@ impl<'t> Images<'t> {
         tree: Option<&'t ImageTree>,
         order: u32,
     ) -> Self {
-        let mut all = vec![Image {
-            mirrors: Vec::new(),
-            position: place,
-            displaced,
-            factor: vec![1.0; table.bands()],
-            parts: Vec::new(),
-            sides: Vec::new(),
-        }];
+        let factor = vec![1.0; table.bands()];
+        let mut all = vec![Image { position: place, displaced, factor, ..Image::default() }];
         if let Some(tree) = tree {
             all.extend((0..tree.count(order)).map(|image| {
                 let mut mirrors: Vec<Mirror> =
