@@ -17,7 +17,7 @@ SEATS = {"near": [2.6, 2.0, 1.2], "far": [6.9, 3.7, 2.1]}
 RAYS = 4096
 
 
-def traced(absorption, seed, packets=14_000):
+def traced(absorption, seed, packets=18_000):
     materials = {name: {"absorption": list(alpha), "scattering": 0.4} for name, alpha in zip(NAMES, absorption)}
     scene = sonel.Scene.shoebox([8, 5, 4], materials, sources=[1.5, 1.2, 1.3], bands={"center_frequencies_hz": [500, 1000]}, duration_s=0.8)
     return sonel.trace(scene, packets=packets, seed=seed)

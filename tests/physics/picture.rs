@@ -53,7 +53,7 @@ fn pixels(traced: &Traced, picture: &Picture, band: usize) -> Vec<(f64, f64, DVe
 
 #[test]
 fn a_black_wall_receives_what_the_source_sends_there() {
-    let (traced, radius) = (black_box(400_000, true), 0.25);
+    let (traced, radius) = (black_box(250_000, true), 0.25);
     let attenuation = traced.map.header().scene.air_attenuation[HIGHEST];
     let eye = DVec3::new(1.0, 2.0, 1.0);
     let camera = camera(&traced.geometry, eye, DVec3::new(6.0, 2.5, 2.0), 60.0, 60);

@@ -204,7 +204,7 @@ fn behind(x: f64, [below, above]: [f64; 2], [slow, quick]: [f64; 2]) -> (f64, [f
 /// The long form is in `accept`.
 #[test]
 fn an_interface_reflects_as_the_closed_form_says_at_any_angle() {
-    sonel_tests::two_airs::check(60, 5);
+    sonel_tests::two_airs::check(30, 5);
 }
 
 #[test]

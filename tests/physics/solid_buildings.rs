@@ -3,7 +3,7 @@
 use sonel_tests::solid_buildings::{SolidBuilding, Style};
 
 /// Buildings in four styles each; the larger numbers in release, where `cargo xtask accept` runs it.
-const BUILDINGS: u64 = if cfg!(debug_assertions) { 5 } else { 300 };
+const BUILDINGS: u64 = if cfg!(debug_assertions) { 3 } else { 300 };
 const WITH_IMAGES: u64 = if cfg!(debug_assertions) { 2 } else { 100 };
 /// Reflections of image sources.
 const ORDER: u32 = if cfg!(debug_assertions) { 2 } else { 3 };

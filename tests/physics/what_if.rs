@@ -321,7 +321,8 @@ fn image_sources_are_taken_over_where_materials_leave_them() {
         map
     };
     let (more, dark, now) = (design(0.4, 0.5), design(0.4, 1.0), design(0.2, 0.5));
-    let renderer = |map| Renderer::new(map, &traced.geometry, few_rays()).expect("a valid map");
+    let settings = || RenderSettings { rays: Some(64), ..RenderSettings::default() };
+    let renderer = |map| Renderer::new(map, &traced.geometry, settings()).expect("a valid map");
     let energies = |renderer: Renderer<'_>| {
         let borders = vec![renderer.bins().edges(); scene.receivers.len()];
         let rendering = renderer.render(0, &receivers_of(&scene), &borders).expect("sound receivers");

@@ -2,7 +2,7 @@
 //!
 //! The long form, a hundred pairs, is in tests/accept.
 
-use sonel_analysis::map_comparison::{Kind, Pairing, Place, compare};
+use sonel_analysis::map_comparison::{ArrivalPlace, Pairing, PlaceKind, compare};
 use sonel_map::{Settings, Spectral};
 use sonel_scene::Scene;
 use sonel_tests::{Traced, shipped, wrong_levels};
@@ -69,7 +69,7 @@ fn a_wall_that_absorbs_more_is_found_with_other_and_with_the_same_seed() {
         let comparison = compare(before.as_traced(), after.as_traced()).unwrap();
         assert_eq!(comparison.pairing, pairing);
         let beyond = comparison.beyond_noise();
-        assert!(beyond.iter().any(|cell| cell.place == Place::Room));
+        assert!(beyond.iter().any(|cell| cell.place == ArrivalPlace::Room));
         assert!(beyond.iter().all(|cell| cell.ratio_db.unwrap() < 0.0), "more absorption, less energy");
         let most = beyond[0].interval_db.unwrap();
         assert!(most[0] < beyond[0].ratio_db.unwrap() && beyond[0].ratio_db.unwrap() < most[1]);
@@ -103,7 +103,7 @@ fn windows_that_a_small_map_does_not_reach_are_sparse() {
     });
     let comparison = compare(large.as_traced(), small.as_traced()).unwrap();
     assert!(comparison.beyond_noise().is_empty(), "{:?}", comparison.beyond_noise()[0]);
-    assert!(comparison.tiers.iter().all(|tier| tier.sparse > 0 || tier.kind == Kind::Room));
+    assert!(comparison.tiers.iter().all(|tier| tier.sparse > 0 || tier.kind == PlaceKind::Room));
 }
 
 #[test]

@@ -142,8 +142,8 @@ impl DecayCurve {
     }
 
     /// Pieces of the curve in order: (begin, end) [s] and the energy remaining there.
-    pub fn pieces(&self) -> impl Iterator<Item = Piece> + '_ {
-        self.times.windows(2).zip(self.remaining.windows(2)).map(|(times, remaining)| Piece {
+    pub fn pieces(&self) -> impl Iterator<Item = DecayPiece> + '_ {
+        self.times.windows(2).zip(self.remaining.windows(2)).map(|(times, remaining)| DecayPiece {
             begin: times[0],
             end: times[1],
             before: remaining[0],
@@ -160,7 +160,7 @@ impl DecayCurve {
             return Some(remaining);
         }
         let (begin, before) = (self.times[next - 1], self.remaining[next - 1]);
-        let piece = Piece { begin, end: self.times[next], before, after: remaining };
+        let piece = DecayPiece { begin, end: self.times[next], before, after: remaining };
         Some(piece.at(piece.rate(), time))
     }
 
@@ -192,7 +192,7 @@ impl DecayCurve {
 
 /// The curve between two points, linear in level; of no width at a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Piece {
+pub struct DecayPiece {
     /// Since the direct sound [s].
     pub begin: f64,
     /// Since the direct sound [s].
@@ -203,7 +203,7 @@ pub struct Piece {
     pub after: f64,
 }
 
-impl Piece {
+impl DecayPiece {
     /// Length [s].
     #[must_use]
     pub fn width(&self) -> f64 {
@@ -283,7 +283,7 @@ fn integrated(
     };
     let mut next = 0;
     for (times, spread) in borders.windows(2).zip(spread.windows(2)) {
-        let piece = Piece { begin: times[0], end: times[1], before: spread[0], after: spread[1] };
+        let piece = DecayPiece { begin: times[0], end: times[1], before: spread[0], after: spread[1] };
         push(piece.begin, piece.before + listed[next]);
         let rate = piece.rate();
         while next < steps.len() && steps[next].time < piece.end {

@@ -56,7 +56,7 @@ pub struct Traced<'a> {
 
 /// Place where energy arrives.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Place {
+pub enum ArrivalPlace {
     /// All surfaces.
     Room,
     /// All surfaces of the material of this name.
@@ -76,7 +76,7 @@ pub enum Place {
 
 /// Kinds of places, the coarsest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum PlaceKind {
     /// The room.
     Room,
     /// Materials.
@@ -85,12 +85,12 @@ pub enum Kind {
     Surface,
 }
 
-impl Place {
-    fn kind(&self) -> Kind {
+impl ArrivalPlace {
+    fn kind(&self) -> PlaceKind {
         match self {
-            Self::Room => Kind::Room,
-            Self::Material(_) => Kind::Material,
-            Self::Surface { .. } => Kind::Surface,
+            Self::Room => PlaceKind::Room,
+            Self::Material(_) => PlaceKind::Material,
+            Self::Surface { .. } => PlaceKind::Surface,
         }
     }
 }
@@ -101,7 +101,7 @@ pub struct CellDifference {
     /// Name of the source.
     pub source: String,
     /// Place.
-    pub place: Place,
+    pub place: ArrivalPlace,
     /// Nominal centres of the bands, which nothing tells apart [Hz].
     pub center_frequencies_hz: Vec<f64>,
     /// Window of time since emission [s].
@@ -143,7 +143,7 @@ impl CellDifference {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tier {
     /// Places.
-    pub kind: Kind,
+    pub kind: PlaceKind,
     /// Cells tested, by source, place, window and band.
     pub cells: Vec<CellDifference>,
     /// Cells with too few arrivals.
@@ -244,8 +244,9 @@ pub fn compare(a: Traced<'_>, b: Traced<'_>) -> Result<MapComparison, Incomparab
     for numbers in sources {
         found.push((a.map.header().scene.sources[numbers[0] as usize].name.clone(), frame.cells(numbers)?));
     }
-    let tiers =
-        [Kind::Room, Kind::Material, Kind::Surface].map(|kind| test_cells(kind, &frame, &found)).to_vec();
+    let tiers = [PlaceKind::Room, PlaceKind::Material, PlaceKind::Surface]
+        .map(|kind| test_cells(kind, &frame, &found))
+        .to_vec();
     if tiers.iter().all(|tier| tier.cells.is_empty()) {
         return Err(Incomparable::Sparse);
     }

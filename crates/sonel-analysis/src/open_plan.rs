@@ -34,7 +34,7 @@ const PRIVACY: f64 = 0.20;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     /// By distance.
-    pub places: Vec<Place>,
+    pub places: Vec<Workstation>,
     /// D_2,S [dB].
     pub decay_rate_db: ParameterValue,
     /// L_p,A,S,4m [dB].
@@ -79,7 +79,7 @@ const PROPAGATION: [(f64, f64); 3] = [(8.0, 47.0), (6.0, 49.0), (4.0, 51.0)];
 
 /// A workstation.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Place {
+pub struct Workstation {
     /// Name of the receiver.
     pub name: String,
     /// From the source [m].
@@ -98,7 +98,7 @@ pub fn line(response: &Response, s: usize, receivers: &[usize], talk: &Talk) -> 
     let more = talk.more_than(&response.center_frequency_hz, power, &[]);
     let pairs: Vec<(usize, usize)> = receivers.iter().map(|r| (s, *r)).collect();
     let parameters = parameters_at(response, Some(talk), &Parameter::ALL, &pairs);
-    let mut places: Vec<Place> = parameters.iter().map(|receiver| place(receiver, more)).collect();
+    let mut places: Vec<Workstation> = parameters.iter().map(|receiver| place(receiver, more)).collect();
     places.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     let (of_levels, levels): (Vec<f64>, Vec<&ParameterValue>) = places
         .iter()
@@ -152,9 +152,9 @@ fn reached(
     Ok(found.warned(beyond))
 }
 
-fn place(parameters: &ReceiverParameters, more: [f64; 7]) -> Place {
+fn place(parameters: &ReceiverParameters, more: [f64; 7]) -> Workstation {
     let squares = parameters.source_position.iter().zip(parameters.position).map(|(a, b)| (a - b) * (a - b));
-    Place {
+    Workstation {
         name: parameters.name.clone(),
         distance: squares.sum::<f64>().sqrt(),
         speech_level_db: a_weighted(parameters, more),

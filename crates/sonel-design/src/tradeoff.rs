@@ -18,6 +18,6 @@ pub mod sweep;
 pub mod verdict;
 
 pub use errors::Curve;
-pub use runs::{Reference, Run, RunSeconds, Tradeoff, conduct};
+pub use runs::{Reference, RunSeconds, SweepRun, Tradeoff, conduct};
 pub use sweep::{Levels, Setting, Sweep};
 pub use verdict::Verdict;

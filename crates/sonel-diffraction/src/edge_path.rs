@@ -64,7 +64,7 @@ pub const WAVES: usize = 3;
 
 /// Contribution of a stretch that begins at the shortest way or at an end.
 #[derive(Debug, Clone)]
-struct Piece {
+struct Stretch {
     /// L_e [m].
     length: f64,
     /// Integral of all waves, −ν/4π included [1/m].
@@ -75,7 +75,7 @@ struct Piece {
 #[derive(Debug, Clone)]
 pub struct EdgePath {
     detour: f64,
-    pieces: Vec<Piece>,
+    pieces: Vec<Stretch>,
 }
 
 /// A path about a wedge, unfolded.
@@ -226,7 +226,7 @@ impl Unfolded {
     }
 
     /// `share` times the stretch from η = `from` outwards, where the way has `length` [m].
-    fn piece(&self, from: f64, length: f64, share: f64, range: [f64; 2]) -> Piece {
+    fn piece(&self, from: f64, length: f64, share: f64, range: [f64; 2]) -> Stretch {
         let product = self.source.radius * self.receiver.radius;
         let half_from = libm::sinh(0.5 * from);
         // (cosh η − 1)/2 where the stretch begins.
@@ -248,7 +248,7 @@ impl Unfolded {
             let measure = Complex::new(0.0, -weight * turn / product) * t_over_sine * cosine.inv();
             self.secondary.terms(sine, cosine).map(|term| term * measure)
         };
-        Piece { length, integral: Integral::new(range, scale, weighted) }
+        Stretch { length, integral: Integral::new(range, scale, weighted) }
     }
 
     /// √(L_0 − L) of the nearest singularity: a wave's straight path L, or the path past the far side of the edge.

@@ -132,12 +132,12 @@ impl Spectrum {
 struct Arriving {
     lengths: Vec<f64>,
     /// By cell.
-    rows: Vec<Row>,
+    rows: Vec<CellWaves>,
 }
 
 /// Waves in one cell, by their number.
 #[derive(Clone, Default)]
-struct Row {
+struct CellWaves {
     /// Real and imaginary parts of amplitude e^(−jk length) in the middle of the cell [1/m].
     re: Vec<f64>,
     im: Vec<f64>,
@@ -150,7 +150,7 @@ impl Arriving {
     /// In `cells`, of which `before` others lie below, from waves `sorted` by length.
     fn new(cells: &[Cell], before: usize, sorted: &[&Wave]) -> Self {
         let widest = cells.iter().map(|cell| cell.half).fold(0.0, f64::max);
-        let mut arriving = Self { lengths: Vec::new(), rows: vec![Row::default(); cells.len()] };
+        let mut arriving = Self { lengths: Vec::new(), rows: vec![CellWaves::default(); cells.len()] };
         for wave in sorted {
             let amplitudes = &wave.amplitude[before..][..cells.len()];
             if amplitudes.iter().all(|amplitude| amplitude.norm_sqr() <= 0.0) {
@@ -186,7 +186,7 @@ impl Arriving {
     }
 }
 
-impl Row {
+impl CellWaves {
     /// Adds a wave that turns by `angle` to the end of the cell, as a new one or to the last.
     fn add(&mut self, is_new: bool, amplitude: Complex, angle: f64) {
         if is_new {

@@ -24,7 +24,7 @@ pub use axis::{Axis, Scale};
 pub use drawing::{PlotError, png, svg};
 pub use early::{Arrival, arrivals, class_name, early, shown_ms};
 pub use parameters::{parameters, shown};
-pub use plan::{Place, Plan, Plans, Spot};
+pub use plan::{Plan, PlanPoint, Plans, Spot};
 pub use response::{decay, echogram};
 
 /// A value and where the true one lies.

@@ -113,7 +113,7 @@ impl Vertex {
     #[inline]
     #[must_use]
     pub fn new(position: Vec3, surface: SurfaceId, side: Side, event: Event) -> Self {
-        debug_assert!(surface.0 < SURFACE_LIMIT && position.is_finite());
+        assert!(surface.0 < SURFACE_LIMIT && position.is_finite());
         let side_bit = u32::from(side == Side::Back);
         Self { position, tag: surface.0 << (EVENT_BITS + SIDE_BITS) | side_bit << EVENT_BITS | event as u32 }
     }

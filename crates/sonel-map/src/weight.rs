@@ -21,7 +21,7 @@ pub struct PathWeight {
     /// ∏ f_j.
     feeding: Vec<Lanes>,
     energy: Vec<Lanes>,
-    drawing: Vec<Drawing>,
+    drawing: Vec<EventDraw>,
     /// Directivity factor times the unit of energy times `part`.
     numerator: Vec<Lanes>,
     /// Part of the energy emitted that the packet has by splitting, without the directivity factor: other sources have the same paths.
@@ -32,7 +32,7 @@ pub struct PathWeight {
 
 /// Products of four columns of leads.
 #[derive(Debug, Clone, Copy, Default)]
-struct Drawing {
+struct EventDraw {
     /// ∏ p_k.
     product: Lanes,
     /// n_k.
@@ -48,7 +48,7 @@ impl PathWeight {
         let energy = vec![Lanes::ZERO; lanes_of(table.bands())];
         Self {
             feeding: energy.clone(),
-            drawing: vec![Drawing::default(); lanes_of(table.leads())],
+            drawing: vec![EventDraw::default(); lanes_of(table.leads())],
             numerator: energy.clone(),
             energy,
             part: 1.0,
@@ -66,7 +66,7 @@ impl PathWeight {
         let mut weighted = Lanes::ZERO;
         for ((drawing, &counts), &sizes) in self.drawing.iter_mut().zip(&start.counts).zip(&start.sizes) {
             let product = sizes.select(Lanes::ONE, Lanes::ZERO);
-            *drawing = Drawing { product, counts, sizes };
+            *drawing = EventDraw { product, counts, sizes };
             weighted += product * counts;
         }
         self.balance(weighted.sum());

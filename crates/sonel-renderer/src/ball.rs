@@ -52,7 +52,7 @@ impl Beam {
 
 /// Surroundings of a receiver.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Surroundings<'a> {
+pub(crate) struct AboutReceiver<'a> {
     /// How far the sound that comes to it goes at a time [m]: the mean free path, of what comes from farther off the distance.
     pub free_path: f64,
     /// Distance of the next interface between airs [m]; infinite without any.
@@ -80,7 +80,7 @@ impl Balls {
         center: DVec3,
         radius: f64,
         nearest: f64,
-        about: Surroundings<'_>,
+        about: AboutReceiver<'_>,
     ) -> Self {
         // The size of an open scene does not say how far the field about a receiver is alike.
         let closed = geometry.is_closed_room();

@@ -18,11 +18,11 @@ const MOST_UNSEEN: f64 = 3.0;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Crossings {
     lanes: usize,
-    kinds: [Kind; Beam::ALL.len()],
+    kinds: [BeamCount; Beam::ALL.len()],
 }
 
 #[derive(Debug, Clone, PartialEq)]
-struct Kind {
+struct BeamCount {
     /// The most that a packet carries, per band.
     strongest: Vec<Lanes>,
     /// The same of those that passed each receiver nearby.
@@ -39,7 +39,7 @@ impl Crossings {
         let nothing = |count: usize| vec![Lanes::ZERO; count * lanes];
         Self {
             lanes,
-            kinds: Beam::ALL.map(|_| Kind {
+            kinds: Beam::ALL.map(|_| BeamCount {
                 strongest: nothing(1),
                 nearby: nothing(receivers),
                 crossed: nothing(receivers),
@@ -49,7 +49,7 @@ impl Crossings {
 
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
-        for Kind { strongest, nearby, crossed } in &mut self.kinds {
+        for BeamCount { strongest, nearby, crossed } in &mut self.kinds {
             strongest.iter_mut().chain(nearby).chain(crossed).for_each(|lanes| *lanes = Lanes::ZERO);
         }
     }
@@ -92,7 +92,7 @@ impl Crossings {
 
     /// Multiplies the energy of packets by `factor`.
     pub(crate) fn scale(&mut self, factor: f64) {
-        for Kind { strongest, nearby, .. } in &mut self.kinds {
+        for BeamCount { strongest, nearby, .. } in &mut self.kinds {
             strongest.scale(factor);
             nearby.scale(factor);
         }
@@ -104,7 +104,7 @@ impl Crossings {
     pub(crate) fn unseen(&self, receiver: usize, fluence: impl Fn(Beam) -> f64) -> Vec<Lanes> {
         let mut unseen = vec![Lanes::ZERO; self.lanes];
         let of_receiver = receiver * self.lanes..(receiver + 1) * self.lanes;
-        for (beam, Kind { strongest, nearby, crossed }) in Beam::ALL.into_iter().zip(&self.kinds) {
+        for (beam, BeamCount { strongest, nearby, crossed }) in Beam::ALL.into_iter().zip(&self.kinds) {
             let (nearby, crossed) = (&nearby[of_receiver.clone()], &crossed[of_receiver.clone()]);
             let most = MOST_UNSEEN * fluence(beam);
             for (at, unseen) in unseen.iter_mut().enumerate() {

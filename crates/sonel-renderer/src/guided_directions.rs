@@ -24,11 +24,11 @@ const DEEPEST: u32 = 12;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct GuidedDirections {
     /// The root first. Empty: uniform.
-    cells: Vec<Cell>,
+    cells: Vec<DirectionCell>,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Cell {
+struct DirectionCell {
     /// Probability of its directions.
     probability: f64,
     /// Index of the first of its four quarters, low u before high, low v before high; 0 in one that is not divided.
@@ -59,7 +59,7 @@ impl GuidedDirections {
             at: warp::uniform_sphere_inverse(towards),
             share: energy / total,
         });
-        let mut directions = Self { cells: vec![Cell { probability: 1.0, quarters: 0 }] };
+        let mut directions = Self { cells: vec![DirectionCell { probability: 1.0, quarters: 0 }] };
         directions.divide(0, 1.0, &mut seen.collect::<Vec<_>>(), [0.0; 2], 0);
         directions
     }
@@ -86,7 +86,7 @@ impl GuidedDirections {
             let own = part.iter().map(|seen| seen.share).sum::<f64>() / sum;
             let share = share * ((1.0 - ALIKE) * own + 0.25 * ALIKE);
             let probability = UNIFORM * side * side + (1.0 - UNIFORM) * share;
-            self.cells.push(Cell { probability, quarters: 0 });
+            self.cells.push(DirectionCell { probability, quarters: 0 });
             parts.push((share, part));
             rest = others;
         }
@@ -102,7 +102,7 @@ impl GuidedDirections {
         let mut within = point.map(f64::from);
         let (mut corner, mut side, mut cell) = ([0.0; 2], 1.0, self.cells.first().copied());
         let mut density = 1.0;
-        while let Some(Cell { quarters, probability }) = cell {
+        while let Some(DirectionCell { quarters, probability }) = cell {
             density = probability / (side * side);
             if quarters == 0 {
                 break;

@@ -6,7 +6,7 @@ use sonel_geometry::Geometry;
 use sonel_map::Lanes;
 use sonel_scene::Receiver;
 
-use crate::ball::{Balls, Surroundings};
+use crate::ball::{AboutReceiver, Balls};
 use crate::directions::Axes;
 use crate::guided_directions::GuidedDirections;
 
@@ -115,7 +115,7 @@ impl PreparedReceiver {
     pub(crate) fn new(
         receiver: &ReceiverPoint,
         geometry: &Geometry,
-        about: Surroundings<'_>,
+        about: AboutReceiver<'_>,
         emissions: u64,
         disc_radius: Option<f64>,
     ) -> Self {

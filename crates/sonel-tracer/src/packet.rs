@@ -11,7 +11,7 @@ use crate::usual::Usual;
 use crate::zone::{DiffractionZones, Way};
 
 /// The surroundings of a packet: what all packets of a run share.
-pub struct Surroundings<'a> {
+pub struct TracedScene<'a> {
     /// Walls.
     pub geometry: &'a Geometry,
     /// Coefficients per material, and propagation between them.
@@ -101,7 +101,7 @@ impl Records {
     }
 }
 
-impl Surroundings<'_> {
+impl TracedScene<'_> {
     /// Traces one packet to its end, leaving its path and its ledger in `records`.
     pub fn trace_packet(&self, emission: &Emission<'_>, stream: &mut Stream, records: &mut Records) {
         begin(emission, records);

@@ -13,7 +13,7 @@ use sonel_sampling::{Frame, Purpose, StreamFamily};
 use sonel_scene::{Flight, Propagation, Scene, Source};
 use thiserror::Error;
 
-use crate::packet::{Emission, Records, Surroundings};
+use crate::packet::{Emission, Records, TracedScene};
 use crate::usual::{UnderWay, Usual};
 use crate::zone::DiffractionZones;
 
@@ -71,7 +71,7 @@ pub struct Tracer<'a> {
     classes: BandClasses,
     /// Classes of leads.
     leads: BandClasses,
-    surroundings: Surroundings<'a>,
+    surroundings: TracedScene<'a>,
     emissions: Emissions,
 }
 
@@ -98,7 +98,7 @@ impl<'a> Tracer<'a> {
         let Scene { materials, variants, designs, .. } = scene;
         let leads = Leads::new(materials, variants, designs, settings.survival, settings.spectral);
         let frames = geometry.surfaces().iter().map(|it| Frame::about(it.normal.as_vec3().normalize()));
-        let surroundings = Surroundings {
+        let surroundings = TracedScene {
             geometry,
             table: CoefficientTable::grouped(&scene.materials, &classes, &leads)
                 .with_geometry(geometry)

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use crate::study::forecast::{Effort, Pilot, Price, Width};
-use crate::study::plan::{Names, Plan, Row};
-use crate::study::spread::{HalfWidth, NoWidth, PLANNED, Place, Reading};
+use crate::study::plan::{Names, Plan, PlanRow};
+use crate::study::spread::{HalfWidth, NoWidth, PLANNED, ParameterPlace, Reading};
 use crate::study::target::Targets;
 use crate::study::until::{Verdict, Worst};
 use serde_json::{Value, json};
@@ -91,14 +91,14 @@ pub(crate) fn overrun(at_most: Option<f64>, spent: f64) -> Option<String> {
 }
 
 /// Why no run takes what a row asks for.
-fn not_feasible(row: &Row) -> Option<String> {
+fn not_feasible(row: &PlanRow) -> Option<String> {
     let memory_bytes = row.memory[0].max(row.memory[1]);
     let cpu_seconds = row.price.trace.max(row.price.render);
     Demand { cpu_seconds, map_bytes: row.price.bytes, memory_bytes }.excess()
 }
 
 /// The parameter that decides a row, or why nobody should run it.
-fn needed_by(plan: &Plan, row: &Row) -> String {
+fn needed_by(plan: &Plan, row: &PlanRow) -> String {
     if let Some(excess) = not_feasible(row) {
         return format!("not feasible: {excess}");
     }
@@ -236,7 +236,7 @@ pub(crate) fn extend(object: &mut Value, more: &Value) {
 }
 
 /// A parameter's place, as JSON.
-pub(crate) fn named(names: &Names, place: Place) -> Value {
+pub(crate) fn named(names: &Names, place: ParameterPlace) -> Value {
     json!({
         "parameter": place.parameter.key(),
         "source": names.pairs[place.row].0,
@@ -246,7 +246,7 @@ pub(crate) fn named(names: &Names, place: Place) -> Value {
 }
 
 /// A parameter that cannot be estimated for this `reason`, as JSON.
-fn refused(names: &Names, place: Place, reason: &NoWidth) -> Value {
+fn refused(names: &Names, place: ParameterPlace, reason: &NoWidth) -> Value {
     let mut value = named(names, place);
     value["reason"] = json!(reason.to_string());
     value

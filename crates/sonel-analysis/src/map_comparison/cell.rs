@@ -8,7 +8,7 @@ use crate::estimate::StandardError;
 
 /// Values of both maps in one cell.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Cell {
+pub(super) struct CellStatistics {
     /// Incident energy in A and in B over their batches.
     pub sides: [Moments; 2],
     /// B − A batch by batch, where both have the same random numbers.
@@ -21,7 +21,7 @@ pub(super) struct Cell {
     pub packets: [f64; 2],
 }
 
-impl Cell {
+impl CellStatistics {
     /// Effective number of arrivals in either map, by Kish's sample size [Kish1965]: where packets of both weigh `alike`,
     /// what is expected of maps of one scene, shared out by packets; else what each has.
     pub(super) fn arrivals(&self, alike: bool) -> [f64; 2] {

@@ -3,12 +3,12 @@
 use sonel_geometry::{Geometry, Surface};
 use sonel_map::{BandClasses, SonelMap, Spectral};
 
-use super::{Incomparable, Place, Traced};
+use super::{ArrivalPlace, Incomparable, Traced};
 
 /// Places where energy arrives, and to which of them every surface of either map contributes.
 pub(super) struct Places {
     /// The room first, then materials, then surfaces.
-    pub list: Vec<Place>,
+    pub list: Vec<ArrivalPlace>,
     /// Per surface of A and of B.
     pub of: [Vec<PlacesOf>; 2],
 }
@@ -20,7 +20,7 @@ impl Places {
     /// Pairs the surfaces and materials of `a` and `b`.
     pub(super) fn new(a: &Traced<'_>, b: &Traced<'_>) -> Self {
         let mut places = Self {
-            list: vec![Place::Room],
+            list: vec![ArrivalPlace::Room],
             of: [a, b].map(|side| vec![[Some(0), None, None]; side.geometry.surfaces().len()]),
         };
         places.pair_materials(a, b);
@@ -32,10 +32,10 @@ impl Places {
         let others = &b.map.header().scene.materials;
         let materials = a.map.header().scene.materials.iter();
         let common = materials.filter(|material| others.iter().any(|other| other.name == material.name));
-        self.list.extend(common.map(|material| Place::Material(material.name.clone())));
+        self.list.extend(common.map(|material| ArrivalPlace::Material(material.name.clone())));
         for (side, of) in [a, b].into_iter().zip(&mut self.of) {
             for (surface, places) in side.geometry.surfaces().iter().zip(of) {
-                let own = Place::Material(material_of(side.map, surface).to_owned());
+                let own = ArrivalPlace::Material(material_of(side.map, surface).to_owned());
                 places[1] = self.list.iter().position(|place| *place == own).map(|number| number as u32);
             }
         }
@@ -47,7 +47,7 @@ impl Places {
             let number = Some(self.list.len() as u32);
             (self.of[0][index][2], self.of[1][other][2]) = (number, number);
             let surface = &a.geometry.surfaces()[index];
-            self.list.push(Place::Surface {
+            self.list.push(ArrivalPlace::Surface {
                 in_a: index as u32,
                 in_b: other as u32,
                 material: material_of(a.map, surface).to_owned(),

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::cell::Cell;
+use super::cell::CellStatistics;
 use super::counterparts::{BandGroup, Places};
 use super::incidence::{Incidence, Observer};
 use super::moments::Moments;
@@ -32,13 +32,13 @@ pub(super) struct Frame<'a> {
 
 impl Frame<'_> {
     /// The cells of one source, numbered as in A and as in B: `[place][window][band]`.
-    pub(super) fn cells(&self, sources: [u32; 2]) -> Result<Vec<Cell>, Incomparable> {
+    pub(super) fn cells(&self, sources: [u32; 2]) -> Result<Vec<CellStatistics>, Incomparable> {
         let observers = [0, 1].map(|side| self.observer(side, sources[side]));
         let shares = [batch_shares(&observers[0], 'A')?, batch_shares(&observers[1], 'B')?];
         // A source with another number has other random numbers.
         let paired = self.pairing == Pairing::Batches && sources[0] == sources[1];
         let paired = paired.then(Moments::default);
-        let mut cells = vec![Cell { paired, ..Cell::default() }; observers[0].cells()];
+        let mut cells = vec![CellStatistics { paired, ..CellStatistics::default() }; observers[0].cells()];
         let most = observers.each_ref().map(|observer| observer.reading.emissions.layout.batches);
         for first in (0..most[0].max(most[1])).step_by(BATCHES_IN_FLIGHT as usize) {
             let (a, b) = rayon::join(|| walk(&observers[0], first), || walk(&observers[1], first));
@@ -107,7 +107,7 @@ fn batch_shares(observer: &Observer<'_>, map: char) -> Result<Vec<Vec<Share>>, I
 /// A batch of one map with its shares.
 type Side<'a> = Option<(&'a Incidence, &'a Vec<Share>)>;
 
-fn add_batch(cells: &mut [Cell], both: [Side<'_>; 2]) {
+fn add_batch(cells: &mut [CellStatistics], both: [Side<'_>; 2]) {
     let estimate = |side: usize, index: usize| -> Option<(f64, f64)> {
         let (found, shares) = both[side]?;
         let share = shares[index % shares.len()];
@@ -128,7 +128,7 @@ fn add_batch(cells: &mut [Cell], both: [Side<'_>; 2]) {
     });
 }
 
-fn add_packets(cells: &mut [Cell], side: usize, observer: &Observer<'_>) {
+fn add_packets(cells: &mut [CellStatistics], side: usize, observer: &Observer<'_>) {
     let mut packets = vec![0.0; observer.columns.len()];
     for batch in 0..observer.reading.emissions.layout.batches {
         packets.iter_mut().zip(observer.packets(batch)).for_each(|(sum, more)| *sum += more);

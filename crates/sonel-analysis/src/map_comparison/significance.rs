@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::cell::Cell;
+use super::cell::CellStatistics;
 use super::estimation::Frame;
 use super::moments::Moments;
-use super::{CellDifference, FEWEST_ARRIVALS, Kind, Tier};
+use super::{CellDifference, FEWEST_ARRIVALS, PlaceKind, Tier};
 use crate::comparison::{FAMILY_LEVEL, ROUNDING};
 use crate::student;
 
@@ -13,7 +13,11 @@ use crate::student;
 const KINDS: f64 = 3.0;
 
 /// Tests the cells of one kind, given by source as `[place][window][band]`.
-pub(super) fn test_cells(kind: Kind, frame: &Frame<'_>, sources: &[(String, Vec<Cell>)]) -> Tier {
+pub(super) fn test_cells(
+    kind: PlaceKind,
+    frame: &Frame<'_>,
+    sources: &[(String, Vec<CellStatistics>)],
+) -> Tier {
     let mut dense = Vec::new();
     let (mut sparse, mut sparse_energy) = (0, 0.0_f64);
     let per_place = frame.window_ends.len() * frame.bands.len();

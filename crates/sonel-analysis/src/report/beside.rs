@@ -28,7 +28,7 @@ pub struct Column {
 }
 
 /// A value of every column.
-struct Row {
+struct ParameterRow {
     /// None for the single number, and for what has no bands.
     center_frequency_hz: Option<f64>,
     key: &'static str,
@@ -40,7 +40,7 @@ struct Row {
     values: Vec<Option<ParameterValue>>,
 }
 
-impl Row {
+impl ParameterRow {
     fn just_noticeable(&self, value: f64) -> f64 {
         self.parameter
             .map_or(noticeable::SPEECH_TRANSMISSION_INDEX, |parameter| parameter.just_noticeable(value))
@@ -65,7 +65,7 @@ impl Row {
 struct Block {
     source: String,
     receiver: Option<String>,
-    rows: Vec<Row>,
+    rows: Vec<ParameterRow>,
 }
 
 /// Blocks of all sources and receivers of any column, in the order in which they come; of means one per source.
@@ -112,7 +112,7 @@ fn block(columns: &[Column], source: String, receiver: Option<String>) -> Block 
         let known = |parameter: Parameter| (parameter.key(), parameter.heading());
         let (key, heading) =
             Option::map_or(parameter, ("speech_transmission_index", ("STI", "", 1.0)), known);
-        Row { center_frequency_hz, key, heading, parameter, values: values.collect() }
+        ParameterRow { center_frequency_hz, key, heading, parameter, values: values.collect() }
     };
     let mut rows = Vec::new();
     for parameter in parameters {
@@ -152,7 +152,7 @@ pub fn beside_blocks(
     let differences = columns.iter().skip(1).map(|column| format!("{} − {}", column.name, columns[0].name));
     let head: Vec<String> =
         ["", "f [Hz]"].map(str::to_owned).into_iter().chain(names).chain(differences).collect();
-    let mut row = |row: &Row| {
+    let mut row = |row: &ParameterRow| {
         let (symbol, unit, factor) = row.heading;
         let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
         let hz = match (row.center_frequency_hz, row.parameter) {

@@ -7,7 +7,7 @@
 use sonel_analysis::Parameter;
 
 use super::fit::{self, Measured};
-use super::runs::{Run, Tradeoff};
+use super::runs::{SweepRun, Tradeoff};
 use super::sweep::JUDGED;
 
 /// The unit of errors of `parameter`.
@@ -168,7 +168,7 @@ pub fn curves(tradeoff: &Tradeoff) -> Vec<Curve> {
 }
 
 /// The errors in `parameter` of `runs`, which differ in their seeds alone.
-fn point(tradeoff: &Tradeoff, runs: &[&Run], parameter: Parameter) -> Option<Point> {
+fn point(tradeoff: &Tradeoff, runs: &[&SweepRun], parameter: Parameter) -> Option<Point> {
     let all = (0..tradeoff.cells.len()).filter(|&cell| tradeoff.cells[cell].parameter == parameter);
     let all: Vec<usize> = all.collect();
     let reference = &tradeoff.reference.values;
@@ -183,7 +183,7 @@ fn point(tradeoff: &Tradeoff, runs: &[&Run], parameter: Parameter) -> Option<Poi
     }
     let squares = parameters.iter().map(|&(_, value, half)| error(parameter, value + half, value));
     let mean_square = squares.map(|error| error * error).sum::<f64>() / parameters.len() as f64;
-    let errors = |run: &&Run| -> Vec<f64> {
+    let errors = |run: &&SweepRun| -> Vec<f64> {
         let found = |&(cell, reference, _): &(usize, f64, f64)| {
             Some(error(parameter, run.values[cell]?.0, reference))
         };
@@ -211,7 +211,7 @@ pub struct ParameterErrors {
 
 /// What the `runs` of one setting and number of packets say of `cell`; none where any of them refused it.
 #[must_use]
-pub fn estimate(runs: &[&Run], cell: usize) -> Option<ParameterErrors> {
+pub fn estimate(runs: &[&SweepRun], cell: usize) -> Option<ParameterErrors> {
     let values: Vec<(f64, Option<f64>)> = runs.iter().map(|run| run.values[cell]).collect::<Option<_>>()?;
     let repeats = values.len() as f64;
     let mean = values.iter().map(|(value, _)| value).sum::<f64>() / repeats;

@@ -11,7 +11,7 @@ use sonel::{MapStore, Observer};
 
 /// Receiver, band and parameter of a value.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cell {
+pub struct SweepCell {
     /// Name of the source.
     pub source: String,
     /// Name of the receiver.
@@ -67,7 +67,7 @@ impl RunSeconds {
 
 /// One simulation.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Run {
+pub struct SweepRun {
     /// Index of the setting.
     pub setting: usize,
     /// Emissions per source.
@@ -86,17 +86,17 @@ pub struct Tradeoff {
     /// Runs.
     pub sweep: Sweep,
     /// The parameters.
-    pub cells: Vec<Cell>,
+    pub cells: Vec<SweepCell>,
     /// Their reference.
     pub reference: Reference,
     /// All simulations.
-    pub runs: Vec<Run>,
+    pub runs: Vec<SweepRun>,
 }
 
 impl Tradeoff {
     /// The repeats of `setting` with `packets`, in order.
     #[must_use]
-    pub fn runs_of(&self, setting: usize, packets: u64) -> Vec<&Run> {
+    pub fn runs_of(&self, setting: usize, packets: u64) -> Vec<&SweepRun> {
         self.runs.iter().filter(|run| run.setting == setting && run.packets == packets).collect()
     }
 }
@@ -131,7 +131,7 @@ pub fn conduct(
                         stage.render_and_read(&traced.map, &sweep.settings[setting].render)?;
                     let seconds = RunSeconds { trace: traced.seconds, render: rendered.seconds };
                     let values = values(&parameters);
-                    runs.push(Run { setting, packets, seconds, values });
+                    runs.push(SweepRun { setting, packets, seconds, values });
                 }
             }
             done += packets;
@@ -155,7 +155,7 @@ impl Stage<'_> {
         &self,
         sweep: &Sweep,
         store: &mut impl MapStore,
-    ) -> Result<(Vec<Cell>, Reference), sonel::Error> {
+    ) -> Result<(Vec<SweepCell>, Reference), sonel::Error> {
         let mut packets = sweep.packets[0];
         loop {
             let settings = Settings {
@@ -221,11 +221,11 @@ fn is_exact(response: &Echograms) -> bool {
     })
 }
 
-fn compared(parameters: &[ReceiverParameters]) -> impl Iterator<Item = (Cell, &ParameterValue)> {
+fn compared(parameters: &[ReceiverParameters]) -> impl Iterator<Item = (SweepCell, &ParameterValue)> {
     parameters.iter().flat_map(|receiver| {
         receiver.bands.iter().flat_map(move |band| {
             JUDGED.map(|parameter| {
-                let cell = Cell {
+                let cell = SweepCell {
                     source: receiver.source.clone(),
                     receiver: receiver.name.clone(),
                     center_frequency_hz: band.center_frequency_hz,
@@ -237,7 +237,7 @@ fn compared(parameters: &[ReceiverParameters]) -> impl Iterator<Item = (Cell, &P
     })
 }
 
-fn cells(parameters: &[ReceiverParameters]) -> Vec<Cell> {
+fn cells(parameters: &[ReceiverParameters]) -> Vec<SweepCell> {
     compared(parameters).map(|(cell, _)| cell).collect()
 }
 

@@ -22,7 +22,7 @@ use thiserror::Error;
 use super::Sheet;
 use super::axis::Ruler;
 use crate::pixels::{self, SOFTWARE};
-use panel::Row;
+use panel::PanelRow;
 use plan::PlanRow;
 
 /// Why there is no drawing or picture.
@@ -96,7 +96,7 @@ pub(crate) fn failed(error: impl std::error::Error) -> PlotError {
 /// A page divided into rows.
 struct Layout<'a> {
     title: &'a str,
-    rows: Vec<Row<'a>>,
+    rows: Vec<PanelRow<'a>>,
     plans: Option<PlanRow<'a>>,
     /// Height of the title [pixels].
     top: u32,
@@ -106,7 +106,7 @@ struct Layout<'a> {
 
 impl<'a> Layout<'a> {
     fn new(sheet: &'a Sheet) -> Self {
-        let rows: Vec<Row<'_>> = sheet.rows.iter().map(|panels| Row::new(panels)).collect();
+        let rows: Vec<PanelRow<'_>> = sheet.rows.iter().map(|panels| PanelRow::new(panels)).collect();
         let plans = sheet.plans.as_ref().map(PlanRow::new);
         let top = if sheet.title.is_empty() { 0 } else { 2 * TITLE };
         let heights = rows.iter().map(|row| row.height).chain(plans.as_ref().map(|row| row.height));

@@ -50,7 +50,7 @@ pub struct Spot {
 
 /// A receiver in space.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct PlanPoint {
     /// [m].
     pub position: [f64; 3],
     /// Value, as [`Spot::value`].
@@ -69,7 +69,7 @@ impl Plan {
     /// The plan of `places` and of a source at `source` [m], with the walls of a `mesh` and the one of its axes that is most upright, where they
     /// are known.
     #[must_use]
-    pub fn of(title: String, places: &[Place], source: [f64; 3], room: Option<(&Mesh, DVec3)>) -> Self {
+    pub fn of(title: String, places: &[PlanPoint], source: [f64; 3], room: Option<(&Mesh, DVec3)>) -> Self {
         let positions: Vec<[f64; 3]> = places.iter().map(|place| place.position).collect();
         let plane = Section::of(&positions, room.map_or(USUAL_UP, |(_, up)| up.abs().max_position()));
         let mut plan = plane.plan(title, places);
@@ -124,9 +124,9 @@ impl Section {
     }
 
     /// The plan of `places` without walls and sources.
-    pub(super) fn plan(&self, title: String, places: &[Place]) -> Plan {
+    pub(super) fn plan(&self, title: String, places: &[PlanPoint]) -> Plan {
         let mut taken = BTreeSet::new();
-        let spot = |place: &Place| Spot { at: self.flat(place.position), cell: None, value: place.value };
+        let spot = |place: &PlanPoint| Spot { at: self.flat(place.position), cell: None, value: place.value };
         let is_free =
             |spot: &Spot| taken.insert(spot.at.map(|coordinate| (coordinate / SAME).round() as i64));
         let mut spots: Vec<Spot> = places.iter().map(spot).filter(is_free).collect();
@@ -175,8 +175,8 @@ fn around(values: &[f64], value: f64) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    fn places(positions: &[[f64; 3]]) -> Vec<Place> {
-        positions.iter().map(|&position| Place { position, value: Some(1.0) }).collect()
+    fn places(positions: &[[f64; 3]]) -> Vec<PlanPoint> {
+        positions.iter().map(|&position| PlanPoint { position, value: Some(1.0) }).collect()
     }
 
     fn grid(height: f64) -> Vec<[f64; 3]> {

@@ -194,15 +194,15 @@ fn a_panel_of_each_parameter_shows_its_value_and_leaves_out_what_was_refused() {
 
 /// Two plans: a grid of three by two whose last cell has no value, and a single dot.
 fn plans() -> Plans {
-    let place = |i: u32| Place {
+    let place = |i: u32| PlanPoint {
         position: [f64::from(i % 3), f64::from(i / 3), 1.2],
         value: (i < 5).then_some(f64::from(i)),
     };
-    let grid: Vec<Place> = (0..6).map(place).collect();
+    let grid: Vec<PlanPoint> = (0..6).map(place).collect();
     let plane = super::plan::Section::of(&grid.iter().map(|place| place.position).collect::<Vec<_>>(), 2);
     let walls = vec![[[-0.5, -0.5], [2.5, -0.5]], [[2.5, -0.5], [2.5, 1.5]]];
     let full = Plan { walls, sources: vec![[0.2, 0.3]], ..plane.plan("grid".to_owned(), &grid) };
-    let seat = [Place { position: [1.0, 1.0, 1.2], value: Some(2.5) }];
+    let seat = [PlanPoint { position: [1.0, 1.0, 1.2], value: Some(2.5) }];
     Plans { scale: Axis::linear("C80 [dB]"), each: vec![full, plane.plan("seat".to_owned(), &seat)] }
 }
 

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 
 /// Trace of another face on one, by corners.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Piece {
+pub(super) enum FaceTrace {
     /// A line between two corners.
     Line([u32; 2]),
     /// A corner.
@@ -46,10 +46,10 @@ impl Lines {
     }
 
     /// Adds what another face leaves.
-    pub(super) fn add(&mut self, piece: Piece) {
+    pub(super) fn add(&mut self, piece: FaceTrace) {
         match piece {
-            Piece::Line([a, b]) if a != b => self.lines.push([a.min(b), a.max(b)]),
-            Piece::Line([a, _]) | Piece::Point(a) => self.points.push(a),
+            FaceTrace::Line([a, b]) if a != b => self.lines.push([a.min(b), a.max(b)]),
+            FaceTrace::Line([a, _]) | FaceTrace::Point(a) => self.points.push(a),
         }
     }
 

@@ -21,7 +21,7 @@ use crate::stitch::share_along;
 use crate::topology::Connected;
 use crate::weld::{Points, has_area};
 use crate::{Crossing, GeometryError, Mesh, MeshTriangle};
-use arrangement::{Lines, Piece};
+use arrangement::{FaceTrace, Lines};
 use contact::{Contact, Meeting};
 use foldhash::{HashMap, HashSet};
 use smallvec::SmallVec;
@@ -124,8 +124,8 @@ fn grouped(mesh: &Mesh, points: &mut Points, meetings: &[Meeting]) -> Vec<Lines>
     for Meeting { faces, contact, .. } in meetings {
         let piece = match contact {
             Contact::Overlap => continue,
-            Contact::Along(ends) => Piece::Line(ends.map(|end| points.join(end))),
-            Contact::At(place) => Piece::Point(points.join(*place)),
+            Contact::Along(ends) => FaceTrace::Line(ends.map(|end| points.join(end))),
+            Contact::At(place) => FaceTrace::Point(points.join(*place)),
         };
         for &face in faces {
             groups[of_face[&face]].add(piece);

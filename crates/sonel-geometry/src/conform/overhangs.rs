@@ -17,7 +17,7 @@ const LARGEST_SHARE: f64 = 0.05;
 
 /// Faces that continue one another in one plane.
 #[derive(Clone, Copy)]
-struct Piece {
+struct PlaneFaces {
     area: f64,
     /// Area of the drawn triangles that they are parts of.
     drawn_area: f64,
@@ -31,7 +31,7 @@ pub(super) fn cut_off(mesh: &mut Mesh, drawn: &mut Vec<u32>) {
     let widest = widest_crack(mesh);
     let (pieces, mut of_face) = pieces(mesh, drawn);
     let is_overhang = |root: u32| {
-        let Piece { area, drawn_area, low, high, has_free_rim } = pieces[&root];
+        let PlaneFaces { area, drawn_area, low, high, has_free_rim } = pieces[&root];
         has_free_rim && area <= widest * low.distance(high) && area <= LARGEST_SHARE * drawn_area
     };
     let is_out: Vec<bool> = (0..drawn.len() as u32).map(|face| is_overhang(of_face.root(face))).collect();
@@ -42,7 +42,7 @@ pub(super) fn cut_off(mesh: &mut Mesh, drawn: &mut Vec<u32>) {
 }
 
 /// The pieces by their first face, and the piece of each face.
-fn pieces(mesh: &Mesh, drawn: &[u32]) -> (HashMap<u32, Piece>, Connected) {
+fn pieces(mesh: &Mesh, drawn: &[u32]) -> (HashMap<u32, PlaneFaces>, Connected) {
     let mut of_face = Connected::new(drawn.len());
     let edges = shared_edges(mesh);
     for edge in &edges {
@@ -55,11 +55,11 @@ fn pieces(mesh: &Mesh, drawn: &[u32]) -> (HashMap<u32, Piece>, Connected) {
     let area = |face: u32| mesh.vector_area(face).length();
     let mut wholes: HashMap<u32, f64> = HashMap::default();
     (0..).zip(drawn).for_each(|(face, whole)| *wholes.entry(*whole).or_default() += area(face));
-    let mut pieces: HashMap<u32, Piece> = HashMap::default();
+    let mut pieces: HashMap<u32, PlaneFaces> = HashMap::default();
     let mut counted: HashSet<[u32; 2]> = HashSet::default();
     for (face, whole) in (0..).zip(drawn) {
         let root = of_face.root(face);
-        let piece = pieces.entry(root).or_insert(Piece {
+        let piece = pieces.entry(root).or_insert(PlaneFaces {
             area: 0.0,
             drawn_area: 0.0,
             low: DVec3::INFINITY,

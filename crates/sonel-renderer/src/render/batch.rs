@@ -19,7 +19,7 @@ use crate::receiver::PreparedReceiver;
 use crate::regions::Fading;
 use crate::rendering::Rendering;
 use crate::stochastic::connection::{DiffuseSonel, connect, normal_on};
-use crate::stochastic::crossing::{AssignedClasses, Piece, cross, is_left_to_sphere};
+use crate::stochastic::crossing::{AssignedClasses, WayPiece, cross, is_left_to_sphere};
 use crate::stochastic::estimate::{Arriving, BatchEstimate, Tile};
 use crate::stochastic::gather::disc::place;
 use crate::stochastic::gather::near::NearSource;
@@ -343,7 +343,7 @@ impl Renderer<'_> {
         let is_exact = scratch.level.now.is_some() && segment.history.image_order().is_some();
         if !is_exact && is_left_to_sphere(segment.history, scratch.run.now, group.others) {
             let Tile { receivers, direct_lengths, .. } = group.tile;
-            let piece = Piece::of(segment);
+            let piece = WayPiece::of(segment);
             estimate.crossings.pass(piece.beam, segment.energy);
             let receivers = receivers.iter().zip(direct_lengths).enumerate();
             let receivers = receivers.map(|(index, (receiver, &length))| (index, receiver, length));

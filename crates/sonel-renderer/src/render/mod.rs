@@ -23,7 +23,7 @@ use sonel_map::{BandClasses, CoefficientTable, Emissions, SonelMap};
 use sonel_scene::{Propagation, Scene, Source};
 
 use crate::air::AirTable;
-use crate::ball::Surroundings;
+use crate::ball::AboutReceiver;
 use crate::boundary::Modes;
 use crate::deposit::TimeBins;
 use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius, filled, free_path};
@@ -414,7 +414,7 @@ impl<'a> Renderer<'a> {
                 let wide = disc.map(wide);
                 let interface = distance_to_interface(scene, geometry, position);
                 let narrow = wide.map(|wide| wide.min(of_room_disc));
-                let about = Surroundings {
+                let about = AboutReceiver {
                     free_path: scale.distance,
                     interface,
                     solid_angles: &outlook.solid_angles,

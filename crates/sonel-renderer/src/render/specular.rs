@@ -28,7 +28,7 @@ use crate::exact::mirror::chain::{self, Ends, Mirror, Reflection};
 use crate::exact::mirror::{MirrorArrival, Radiator, lattice_room};
 use crate::path_class::PathClass;
 use crate::receiver::PreparedReceiver;
-use crate::stochastic::crossing::{Piece, cross};
+use crate::stochastic::crossing::{WayPiece, cross};
 use crate::stochastic::estimate::{Arriving, BatchEstimate, Deposit, Tile};
 use crate::stochastic::gather::rays::LIGHT;
 
@@ -139,7 +139,7 @@ impl Renderer<'_> {
         source: usize,
         mirror_order: u32,
         stream: &mut Stream,
-        mut visit: impl FnMut(&Way<'_>, &Piece<'_>),
+        mut visit: impl FnMut(&Way<'_>, &WayPiece<'_>),
     ) {
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
         let air = self.map.header().scene.air_at_source(source);
@@ -172,7 +172,7 @@ impl Renderer<'_> {
                 if way.chain.len() > mirror_order as usize {
                     let rest = ((self.prepared.bins.reach - way.length) / way.stretch) as f32;
                     let end = || way.departure.origin + way.direction * rest;
-                    let piece = Piece {
+                    let piece = WayPiece {
                         ends: (way.departure.origin, hit.map_or_else(end, |hit| hit.position)),
                         start_length: way.length,
                         energy: &energy,
@@ -209,7 +209,7 @@ impl Renderer<'_> {
     fn find_image(
         &self,
         way: &Way<'_>,
-        piece: &Piece<'_>,
+        piece: &WayPiece<'_>,
         (index, receiver): (usize, &PreparedReceiver),
         stream: &mut Stream,
         [scratch, factor]: &mut [Vec<Lanes>; 2],

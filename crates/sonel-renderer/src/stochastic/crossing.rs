@@ -41,7 +41,7 @@ pub(crate) fn is_left_to_sphere(history: SegmentHistory, run: u32, others: Assig
 
 /// A straight piece of a way.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Piece<'a> {
+pub(crate) struct WayPiece<'a> {
     /// Ends, relative to the scene's centre [m].
     pub ends: (Vec3, Vec3),
     /// Path length from the source to its beginning [m].
@@ -54,7 +54,7 @@ pub(crate) struct Piece<'a> {
     pub beam: Beam,
 }
 
-impl<'a> Piece<'a> {
+impl<'a> WayPiece<'a> {
     /// The whole of `segment`.
     #[must_use]
     pub(crate) fn of(segment: &Segment<'a>) -> Self {
@@ -70,7 +70,7 @@ impl<'a> Piece<'a> {
 /// [`crate::straight_length`] [m].
 #[inline]
 pub(crate) fn cross<'a>(
-    piece: &Piece<'_>,
+    piece: &WayPiece<'_>,
     receivers: impl Iterator<Item = (usize, &'a PreparedReceiver, f64)>,
     scratch: &mut [Lanes],
     deposit: &mut Deposit<'_, '_>,

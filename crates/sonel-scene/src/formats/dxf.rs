@@ -86,7 +86,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
         return Err(vec![LineProblem::new(0, message)]);
     }
     let text = text_of(bytes);
-    let drawing = Drawing::parse(&text).map_err(|problem| vec![problem])?;
+    let drawing = DxfDrawing::parse(&text).map_err(|problem| vec![problem])?;
     let terms = FileTerms { word: "layer", unit: drawing.unit, ..FileTerms::default() };
     let mut writer =
         Writer { drawing: &drawing, collector: Collector::new(terms), ignored: BTreeMap::new(), copies: 0 };
@@ -104,14 +104,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
 
 /// The parts of a file that matter.
 #[derive(Default)]
-struct Drawing {
+struct DxfDrawing {
     unit: Option<(f64, &'static str)>,
     entities: Vec<Entity>,
     /// Base point and entities by name.
     blocks: HashMap<String, (DVec3, Vec<Entity>)>,
 }
 
-impl Drawing {
+impl DxfDrawing {
     fn parse(text: &str) -> Result<Self, LineProblem> {
         let mut drawing = Self::default();
         let mut section = String::new();
@@ -184,7 +184,7 @@ fn unit(header: &Entity) -> Option<(f64, &'static str)> {
 }
 
 struct Writer<'d> {
-    drawing: &'d Drawing,
+    drawing: &'d DxfDrawing,
     collector: Collector,
     /// First line and count of entities that are not read, by kind.
     ignored: BTreeMap<String, (usize, usize)>,

@@ -15,7 +15,7 @@ use crate::problem::LineProblem;
 
 /// Elements read of a vertex or a face.
 #[derive(Default)]
-struct Row {
+struct ElementValues {
     position: [Option<f64>; 3],
     color: [Option<u8>; 3],
     material: Option<i64>,
@@ -25,7 +25,7 @@ struct Row {
     has_strips: bool,
 }
 
-impl PropertyAccess for Row {
+impl PropertyAccess for ElementValues {
     fn new() -> Self {
         Self::default()
     }
@@ -87,7 +87,7 @@ fn in_one_line(message: &str) -> String {
 
 /// Excess of the header over the file: every row takes a byte at least, and the reader makes room for as many as are announced.
 fn excess(bytes: &[u8]) -> Option<String> {
-    let header = Parser::<Row>::new().read_ply_header(&mut { bytes }).ok()?;
+    let header = Parser::<ElementValues>::new().read_ply_header(&mut { bytes }).ok()?;
     let (name, element) = header.elements.iter().find(|(_, element)| element.count > bytes.len())?;
     Some(format!(
         "{} rows of \"{name}\" are announced, more than the file of {} bytes can hold",
@@ -101,11 +101,11 @@ pub(super) fn read(mut bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
     if let Some(excess) = excess(bytes) {
         return Err(refused(0, &excess));
     }
-    let mut file = Parser::<Row>::new().read_ply(&mut bytes).map_err(|error| {
+    let mut file = Parser::<ElementValues>::new().read_ply(&mut bytes).map_err(|error| {
         let message = format!("the PLY reader refuses the file: {}", in_one_line(&error.to_string()));
         refused(error.line().unwrap_or(0), &message)
     })?;
-    let rows = |file: &mut ply_rs_bw::ply::Ply<Row>, name: &str| {
+    let rows = |file: &mut ply_rs_bw::ply::Ply<ElementValues>, name: &str| {
         file.payload.get_mut(name).map(std::mem::take).unwrap_or_default()
     };
     let (vertices, faces) = (rows(&mut file, "vertex"), rows(&mut file, "face"));
@@ -142,8 +142,8 @@ fn layer_of(layers: &[Option<String>], layer: i64) -> Option<&str> {
     layers.get(usize::try_from(layer).ok()?)?.as_deref()
 }
 
-fn name(face: &Row, corners: &[i64], vertices: &[Row]) -> String {
-    let color = |row: &Row| Some([row.color[0]?, row.color[1]?, row.color[2]?]);
+fn name(face: &ElementValues, corners: &[i64], vertices: &[ElementValues]) -> String {
+    let color = |row: &ElementValues| Some([row.color[0]?, row.color[1]?, row.color[2]?]);
     let of_corner = |corner: &i64| color(vertices.get(usize::try_from(*corner).ok()?)?);
     let of_corners = || {
         let first = of_corner(corners.first()?)?;

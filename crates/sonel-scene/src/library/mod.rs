@@ -86,12 +86,12 @@ impl LibraryEntry {
 #[serde(deny_unknown_fields)]
 struct Library {
     sources: BTreeMap<String, String>,
-    groups: BTreeMap<String, BTreeMap<String, Row>>,
+    groups: BTreeMap<String, BTreeMap<String, ShippedEntry>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Row {
+struct ShippedEntry {
     text: String,
     from_hz: Option<f64>,
     absorption: Option<Vec<f64>>,
@@ -109,7 +109,7 @@ pub fn shipped() -> &'static [LibraryEntry] {
 fn read_shipped() -> Vec<LibraryEntry> {
     let library: Library = toml::from_str(SHIPPED).expect("the shipped library is read by a test");
     let Library { sources, groups } = &library;
-    let entry = |group: &str, name: &str, row: &Row| {
+    let entry = |group: &str, name: &str, row: &ShippedEntry| {
         let octaves = |values: &Option<Vec<f64>>| {
             let first_hz = row.from_hz.unwrap_or(FIRST_OCTAVE_HZ);
             values.as_ref().map(|values| Octaves { first_hz, values: values.clone() })

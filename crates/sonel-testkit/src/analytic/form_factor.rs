@@ -52,7 +52,7 @@ pub(super) fn solid_angle(low: [f64; 2], high: [f64; 2], distance: f64) -> f64 {
     let corner = |x: f64, y: f64| (x * y / (distance * (x * x + y * y + distance * distance).sqrt())).atan();
     let angle =
         corner(high[0], high[1]) - corner(low[0], high[1]) - corner(high[0], low[1]) + corner(low[0], low[1]);
-    debug_assert!((-1e-12..2.0 * PI + 1e-12).contains(&angle));
+    assert!((-1e-12..2.0 * PI + 1e-12).contains(&angle));
     angle
 }
 

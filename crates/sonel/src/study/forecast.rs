@@ -10,7 +10,7 @@ use sonel_renderer::{Columns, MOST_RAYS, RenderSettings};
 use crate::study::kurtosis;
 use crate::study::split::{self, RenderedTwice, Variance};
 use crate::study::spread::{
-    HalfWidth, NoWidth, PLANNED, Place, Reading, pooled_kurtosis, readings, student_factor, unit,
+    HalfWidth, NoWidth, PLANNED, ParameterPlace, Reading, pooled_kurtosis, readings, student_factor, unit,
 };
 use crate::study::target::Targets;
 
@@ -72,7 +72,7 @@ pub struct Pilot {
 #[derive(Debug, Clone)]
 pub struct Spread {
     /// The parameter.
-    pub place: Place,
+    pub place: ParameterPlace,
     /// Mean value; none where every run refused it as too noisy.
     pub value: Option<f64>,
     /// Variance, or the reason why there is none.
@@ -118,7 +118,7 @@ pub struct Need {
     /// Packets and rays; in a map of given packets those.
     pub effort: Effort,
     /// Which parameter needs them; none where the least is enough.
-    pub limited_by: Option<Place>,
+    pub limited_by: Option<ParameterPlace>,
     /// Packets of a map that keeps the targets, where the given one does not with any number of rays.
     pub lacking: Option<u64>,
 }
@@ -227,7 +227,7 @@ impl Pilot {
     }
 
     /// What has no variance, and why.
-    pub(crate) fn not_estimable(&self) -> impl Iterator<Item = (Place, &NoWidth)> {
+    pub(crate) fn not_estimable(&self) -> impl Iterator<Item = (ParameterPlace, &NoWidth)> {
         self.spreads.iter().filter_map(|spread| Some((spread.place, spread.variance.as_ref().err()?)))
     }
 
@@ -282,7 +282,7 @@ impl Pilot {
     }
 
     /// Where `parameter` has its widest half-width.
-    fn least_certain(&self, parameter: Parameter) -> Option<Place> {
+    fn least_certain(&self, parameter: Parameter) -> Option<ParameterPlace> {
         let width = |spread: &&Spread| self.half_width(spread, self.effort).map_or(0.0, HalfWidth::total);
         let widest = self.of_parameter(parameter).max_by(|a, b| width(a).total_cmp(&width(b)));
         widest.map(|spread| spread.place)
@@ -382,7 +382,7 @@ impl Need {
     }
 
     /// So many more packets, in two digits, that the effort no longer `exceeds`; then the parameter that `limits` is what needs them.
-    fn raise(&mut self, exceeds: impl Fn(Effort) -> bool, limits: impl Fn() -> Option<Place>) {
+    fn raise(&mut self, exceeds: impl Fn(Effort) -> bool, limits: impl Fn() -> Option<ParameterPlace>) {
         let Effort { emissions: least, batches, .. } = self.effort;
         let too_few = |emissions| exceeds(Effort::of_trace(emissions, batches));
         let (mut low, mut high) = (least, least);
@@ -427,7 +427,7 @@ mod tests {
     /// A pilot of 10 000 emissions whose only parameter has a σ of 0.1 JND, from packets and rays as given.
     fn pilot(packets: f64, rays: f64) -> Pilot {
         let variance = Variance { packets, areas: 0.0, rays, bias: 0.0 };
-        let place = Place { row: 0, band: 0, parameter: Parameter::T30 };
+        let place = ParameterPlace { row: 0, band: 0, parameter: Parameter::T30 };
         let spreads = vec![Spread { place, value: Some(2.0), variance: Ok(variance), tail: 0.0 }];
         let costs = Costs { segments: 40.0, ..Costs::default() };
         Pilot {
@@ -470,7 +470,7 @@ mod tests {
     #[test]
     fn typical_half_widths_are_geometric_means() {
         let mut pilot = pilot(0.01, 0.0);
-        let place = Place { band: 1, ..pilot.spreads[0].place };
+        let place = ParameterPlace { band: 1, ..pilot.spreads[0].place };
         let more = Variance { packets: 0.16, areas: 0.0, rays: 0.0, bias: 0.0 };
         pilot.spreads.push(Spread { place, variance: Ok(more), ..pilot.spreads[0].clone() });
         let need = pilot.typical_need(0.1, 32);

@@ -7,7 +7,7 @@ use sonel_tracer::CHUNKS_IN_FLIGHT;
 
 use crate::study::forecast::{Effort, Need, Pilot, Price, Width};
 use crate::study::memory::{PROGRAM, RenderLoad};
-use crate::study::spread::{PLANNED, Place};
+use crate::study::spread::{PLANNED, ParameterPlace};
 use crate::study::target::Targets;
 
 /// Accuracies of a plan's rows [JND]: from what is just heard to the 0.05 of comparisons between variants.
@@ -21,18 +21,18 @@ pub struct Plan {
     /// Names of the parameters.
     pub names: Names,
     /// One for each of [`STEPS`].
-    pub rows: Vec<Row>,
+    pub rows: Vec<PlanRow>,
 }
 
 /// Effort for an accuracy.
 #[derive(Debug, Clone)]
-pub struct Row {
+pub struct PlanRow {
     /// The accuracy [JND].
     pub just_noticeable: f64,
     /// Packets and rays.
     pub effort: Effort,
     /// Which parameter needs them, where it is least certain; none where the minimum is enough.
-    pub limited_by: Option<Place>,
+    pub limited_by: Option<ParameterPlace>,
     /// Packets of a map that has this accuracy, where that at hand has it with no number of rays.
     pub lacking: Option<u64>,
     /// CPU seconds and bytes.
@@ -55,7 +55,7 @@ impl Plan {
     ) -> Self {
         let rows = STEPS.map(|step| {
             let need = pilot.typical_need(step, batches);
-            Row::new(step, need, &pilot, scene, evaluation_receivers.len(), bin)
+            PlanRow::new(step, need, &pilot, scene, evaluation_receivers.len(), bin)
         });
         Self { names: Names::of(scene, evaluation_receivers), rows: rows.into(), pilot }
     }
@@ -74,7 +74,7 @@ impl Plan {
         let pilot = pilot.rendered_at(receivers, evaluation_receivers.len());
         let rows = STEPS.map(|step| {
             let render_need = pilot.render_need(&Targets::just_noticeable(step), map);
-            Row::new(step, render_need, &pilot, scene, receivers, bin)
+            PlanRow::new(step, render_need, &pilot, scene, receivers, bin)
         });
         Self { names: Names::of(scene, evaluation_receivers), rows: rows.into(), pilot }
     }
@@ -101,13 +101,13 @@ impl Names {
 
     /// A parameter in words: "T30 at seat 12, 125 Hz".
     #[must_use]
-    pub fn parameter(&self, place: Place) -> String {
+    pub fn parameter(&self, place: ParameterPlace) -> String {
         let (symbol, ..) = place.parameter.heading();
         format!("{symbol} at {}, {} Hz", self.pairs[place.row].1, self.center_frequencies_hz[place.band])
     }
 }
 
-impl Row {
+impl PlanRow {
     fn new(
         just_noticeable: f64,
         need: Need,

@@ -7,7 +7,7 @@ use sonel_analysis::comparison::{Pairing, difference};
 use sonel_analysis::estimate::StandardError;
 use sonel_analysis::{Parameter, ReceiverParameters};
 
-use crate::study::spread::{NoWidth, Place, Reading, student_factor, unit};
+use crate::study::spread::{NoWidth, ParameterPlace, Reading, student_factor, unit};
 
 /// Squares of standard errors in just-noticeable differences.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -39,7 +39,7 @@ pub(crate) struct RenderedTwice<'a> {
 
 impl RenderedTwice<'_> {
     /// The variance that rays bring to the parameter at `place`, in just-noticeable differences.
-    fn of_rays(&self, place: Place) -> f64 {
+    fn of_rays(&self, place: ParameterPlace) -> f64 {
         let [first, second] = [self.parameters, self.others]
             .map(|parameters| parameters[place.row].bands[place.band].parameter(place.parameter));
         let error = difference(first, second, Pairing::Batches).ok().and_then(|difference| difference.error);

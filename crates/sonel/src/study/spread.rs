@@ -34,7 +34,7 @@ pub fn student_factor(batches: u32) -> f64 {
 
 /// Address of a parameter: row of [`sonel_analysis::parameters`], band, parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Place {
+pub struct ParameterPlace {
     /// Source and receiver, in the order of [`sonel_analysis::parameters`].
     pub row: usize,
     /// Index of the band.
@@ -47,7 +47,7 @@ pub struct Place {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
     /// The parameter.
-    pub place: Place,
+    pub place: ParameterPlace,
     /// Value, in the unit of the parameter; none where it is refused as too noisy.
     pub value: Option<f64>,
     /// Half of its 95 % interval, or why nobody can say.
@@ -109,7 +109,7 @@ pub fn readings(parameters: &[ReceiverParameters], wanted: &[Parameter]) -> Vec<
                     let unit = unit(parameter, estimate.value);
                     estimate.kernel.map(|k| KernelShift { shift: k.shift / unit, sigma: k.sigma / unit })
                 });
-                let place = Place { row, band, parameter };
+                let place = ParameterPlace { row, band, parameter };
                 let excess_kurtosis =
                     estimate.as_ref().map_or(0.0, |estimate| excess_kurtosis(&estimate.without));
                 readings.push(Reading { place, value, half_width, kernel, excess_kurtosis });

@@ -10,7 +10,7 @@ use std::str::FromStr;
 use sonel_analysis::Parameter;
 use thiserror::Error;
 
-use crate::study::spread::{PLANNED, Place, unit};
+use crate::study::spread::{PLANNED, ParameterPlace, unit};
 
 /// Several limits, all to be kept.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,7 +112,7 @@ impl Targets {
     /// Largest half-width of the parameter at `place` in just-noticeable differences, where its value is `value`; none where it is not
     /// limited, or limited in its own unit and without a value.
     #[must_use]
-    pub fn limit(&self, place: Place, value: Option<f64>) -> Option<f64> {
+    pub fn limit(&self, place: ParameterPlace, value: Option<f64>) -> Option<f64> {
         let (parameter, limit) = self.limits.iter().find(|(parameter, _)| *parameter == place.parameter)?;
         match limit {
             Limit::JustNoticeable(limit) => Some(*limit),
@@ -190,7 +190,7 @@ mod tests {
 
     fn limit(text: &str, parameter: Parameter, value: Option<f64>) -> Option<f64> {
         let targets: Targets = text.parse().unwrap();
-        targets.limit(Place { row: 0, band: 0, parameter }, value)
+        targets.limit(ParameterPlace { row: 0, band: 0, parameter }, value)
     }
 
     #[test]

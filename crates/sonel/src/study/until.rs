@@ -8,7 +8,7 @@
 
 use sonel_analysis::Unsupported;
 
-use crate::study::spread::{NoWidth, Place, Reading};
+use crate::study::spread::{NoWidth, ParameterPlace, Reading};
 use crate::study::target::Targets;
 
 /// Factor on the emissions that the last variance asks for [1]: the standard error of a variance from 32 batches is 25 %, of half-widths 13 %.
@@ -33,14 +33,14 @@ pub struct Verdict {
     /// The parameter farthest from its limit; none where nothing is limited.
     pub worst: Option<Worst>,
     /// Figures that are limited and cannot be read, with the reason.
-    pub not_estimable: Vec<(Place, NoWidth)>,
+    pub not_estimable: Vec<(ParameterPlace, NoWidth)>,
 }
 
 /// The parameter farthest from its limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Worst {
     /// Which one.
-    pub place: Place,
+    pub place: ParameterPlace,
     /// Half of its 95 % interval [JND].
     pub half_width: f64,
     /// Limit [JND].
@@ -107,7 +107,7 @@ mod tests {
     use sonel_analysis::Parameter;
 
     fn reading(parameter: Parameter, noise: f64) -> Reading {
-        let place = Place { row: 0, band: 0, parameter };
+        let place = ParameterPlace { row: 0, band: 0, parameter };
         let half_width = Ok(HalfWidth { noise, beside: 0.0 });
         Reading { place, value: Some(1.0), half_width, kernel: None, excess_kurtosis: 0.0 }
     }

@@ -6,7 +6,7 @@ use std::io::Write;
 use anyhow::Context;
 use serde_json::{Value, json};
 use sonel::analysis::map_comparison::{
-    CellDifference, Kind, MapComparison, Pairing, Place, Tier, Traced, changes, compare,
+    ArrivalPlace, CellDifference, MapComparison, Pairing, PlaceKind, Tier, Traced, changes, compare,
 };
 use sonel::map::Difference;
 use sonel_console::Outcome;
@@ -76,9 +76,9 @@ fn to_json(comparison: &MapComparison, changes: &[Difference]) -> Value {
 
 fn cell_json(cell: &CellDifference) -> Value {
     let place = match &cell.place {
-        Place::Room => json!({ "kind": "room" }),
-        Place::Material(name) => json!({ "kind": "material", "material": name }),
-        Place::Surface { in_a, in_b, material, area } => {
+        ArrivalPlace::Room => json!({ "kind": "room" }),
+        ArrivalPlace::Material(name) => json!({ "kind": "material", "material": name }),
+        ArrivalPlace::Surface { in_a, in_b, material, area } => {
             json!({ "kind": "surface", "in_a": in_a, "in_b": in_b, "material": material, "area_m2": area })
         }
     };
@@ -197,19 +197,19 @@ fn pairing(pairing: Pairing) -> &'static str {
     }
 }
 
-fn plural(kind: Kind) -> &'static str {
+fn plural(kind: PlaceKind) -> &'static str {
     match kind {
-        Kind::Room => "room",
-        Kind::Material => "materials",
-        Kind::Surface => "surfaces",
+        PlaceKind::Room => "room",
+        PlaceKind::Material => "materials",
+        PlaceKind::Surface => "surfaces",
     }
 }
 
-fn place(place: &Place) -> String {
+fn place(place: &ArrivalPlace) -> String {
     match place {
-        Place::Room => "the room".to_owned(),
-        Place::Material(name) => format!("all of \"{name}\""),
-        Place::Surface { in_a, in_b, material, area } => {
+        ArrivalPlace::Room => "the room".to_owned(),
+        ArrivalPlace::Material(name) => format!("all of \"{name}\""),
+        ArrivalPlace::Surface { in_a, in_b, material, area } => {
             let number = if in_a == in_b { in_a.to_string() } else { format!("{in_a} (in B {in_b})") };
             format!("surface {number} of \"{material}\", {area:.2} m²")
         }

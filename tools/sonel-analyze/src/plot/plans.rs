@@ -7,7 +7,7 @@ use anyhow::bail;
 use sonel::analysis::receiver::parameters_at;
 use sonel::analysis::single::Single;
 use sonel::analysis::{Parameter, ParameterValue, ReceiverParameters};
-use sonel::drawing::plot::{Axis, Place, Plan, Plans};
+use sonel::drawing::plot::{Axis, Plan, PlanPoint, Plans};
 use sonel::scenes::CompiledScene;
 use sonel_console::quantity::counted;
 
@@ -52,11 +52,11 @@ fn plan(
         figures.iter().map(|receiver| value(subject, receiver, arguments)).collect::<Result<_, _>>()?;
     log_what_is_missing(subject, &values, log)?;
     let factor = arguments.parameter.heading().2;
-    let place = |(position, value): (&[f64; 3], &ParameterValue)| Place {
+    let place = |(position, value): (&[f64; 3], &ParameterValue)| PlanPoint {
         position: *position,
         value: value.as_ref().ok().map(|estimate| factor * estimate.value),
     };
-    let places: Vec<Place> = response.receiver_positions.iter().zip(&values).map(place).collect();
+    let places: Vec<PlanPoint> = response.receiver_positions.iter().zip(&values).map(place).collect();
     let room = scene.map(|scene| (&scene.mesh, scene.up));
     let plan = Plan::of(title(subject, arguments), &places, response.source_positions[subject.source], room);
     if plan.hidden > 0 {

@@ -12,7 +12,7 @@ use sonel::analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel::rendering::rendered_with;
 
 use super::number::Number;
-use super::pair::{Less, Row};
+use super::pair::{Less, PairRow};
 use super::room::Coefficients;
 use super::{Subject, Traced};
 
@@ -30,7 +30,7 @@ pub(crate) struct Design {
     /// Its materials, in the order of the room; none without its map.
     pub materials: Option<Vec<Coefficients>>,
     /// Means over all pairs that have a value, of single numbers and in each band.
-    pub means: Vec<Row>,
+    pub means: Vec<PairRow>,
     /// What the rendering computed beside what the trace did.
     pub effects: Vec<&'static str>,
     /// Statistical times of a closed room.
@@ -119,7 +119,7 @@ impl Design {
 }
 
 /// The mean of a single number, also in every band, over the receivers; its difference to that of `first` over the receivers of both.
-fn mean(single: Single, subject: &Subject, first: Option<&Subject>) -> Row {
+fn mean(single: Single, subject: &Subject, first: Option<&Subject>) -> PairRow {
     let factor = single.heading().2;
     let all: Vec<ParameterValue> = subject.parameters.iter().map(|receiver| single.value(receiver)).collect();
     let over = spread(&all.iter().collect::<Vec<_>>());
@@ -139,11 +139,11 @@ fn mean(single: Single, subject: &Subject, first: Option<&Subject>) -> Row {
         let [before, after] = [0, 1].map(|which| average(both.iter().map(|pair| &pair[which])));
         Less { single: Number::of(&difference(&before, &after, pairing), factor), values: Vec::new() }
     });
-    Row {
+    PairRow {
         values: subject.echograms().center_frequency_hz.iter().filter_map(in_band).collect(),
         less,
         counted: Some([over.count, over.of]),
-        ..Row::of(single, &over.mean)
+        ..PairRow::of(single, &over.mean)
     }
 }
 

@@ -21,7 +21,7 @@ use sonel::analysis::modulation::Talk;
 use sonel::analysis::receiver::parameters_of;
 use sonel::analysis::single::Single;
 use sonel::analysis::{Parameter, ReceiverParameters};
-use sonel::drawing::plot::{Axis, Place, Plan, Plans};
+use sonel::drawing::plot::{Axis, Plan, PlanPoint, Plans};
 use sonel::echograms::Echograms;
 use sonel::geometry::Geometry;
 use sonel::map::{SonelMap, hexadecimal};
@@ -273,12 +273,12 @@ fn plan(subject: &Subject, maps: &[Traced<'_>], source: &str, single: Single) ->
     let echograms = subject.echograms();
     let index = echograms.source_names.iter().position(|name| name == source)?;
     let own = subject.parameters.iter().filter(|receiver| receiver.source == source);
-    let place = |receiver: &ReceiverParameters| Place {
+    let place = |receiver: &ReceiverParameters| PlanPoint {
         position: receiver.position,
         value: single.value(receiver).ok().map(|estimate| single.heading().2 * estimate.value),
     };
     let map = maps.iter().find(|map| map.holds(subject)).or(maps.first());
     let room = map.map(|map| &map.map.header().scene).map(|scene| (&scene.mesh, scene.up));
-    let places: Vec<Place> = own.map(place).collect();
+    let places: Vec<PlanPoint> = own.map(place).collect();
     Some(Plan::of(subject.name.clone(), &places, echograms.source_positions[index], room))
 }

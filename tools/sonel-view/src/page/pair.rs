@@ -26,7 +26,7 @@ pub(crate) struct Pair {
     pub source_at: [f64; 3],
     /// Nominal centres [Hz].
     pub bands: Vec<f64>,
-    pub parameters: Vec<Row>,
+    pub parameters: Vec<PairRow>,
     /// What is drawn of it; none where there are too many pairs.
     pub curves: Option<Curves>,
 }
@@ -34,7 +34,7 @@ pub(crate) struct Pair {
 /// A parameter.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
-pub(crate) struct Row {
+pub(crate) struct PairRow {
     pub key: &'static str,
     pub symbol: &'static str,
     pub unit: &'static str,
@@ -98,7 +98,7 @@ impl Pair {
 }
 
 /// Every parameter over the bands and as a single number.
-fn rows(receiver: &ReceiverParameters, first: Option<(&ReceiverParameters, Pairing)>) -> Vec<Row> {
+fn rows(receiver: &ReceiverParameters, first: Option<(&ReceiverParameters, Pairing)>) -> Vec<PairRow> {
     let of_bands = receiver.listed().into_iter().map(Single::Of);
     let row = |single: Single| {
         let value = single.value(receiver);
@@ -119,12 +119,12 @@ fn rows(receiver: &ReceiverParameters, first: Option<(&ReceiverParameters, Pairi
             };
             Less { single: number(&single.value(first), &value), values: bands.iter().map(in_band).collect() }
         });
-        Row { values: values.collect(), less, ..Row::of(single, &value) }
+        PairRow { values: values.collect(), less, ..PairRow::of(single, &value) }
     };
     of_bands.chain(Single::OF_SEVERAL).map(row).collect()
 }
 
-impl Row {
+impl PairRow {
     /// A single number alone.
     pub(crate) fn of(single: Single, value: &ParameterValue) -> Self {
         let (symbol, unit, factor) = single.heading();

@@ -4,7 +4,7 @@ use sonel_testkit::uniform::Uniform;
 
 use super::*;
 use crate::tradeoff::report::Findings;
-use crate::tradeoff::runs::{Cell, Reference, RunSeconds};
+use crate::tradeoff::runs::{Reference, RunSeconds, SweepCell};
 use crate::tradeoff::sweep::{Setting, Sweep};
 use crate::tradeoff::verdict::recommendation;
 use sonel::study::pipeline::{RenderSeconds, TraceSeconds};
@@ -34,9 +34,9 @@ fn normal(numbers: &mut Uniform) -> f64 {
 
 fn made(settings: &[Made], seed: u64) -> Tradeoff {
     let mut numbers = Uniform::new(seed);
-    let cells: Vec<Cell> = (0..BANDS)
+    let cells: Vec<SweepCell> = (0..BANDS)
         .flat_map(|band| {
-            JUDGED.map(|parameter| Cell {
+            JUDGED.map(|parameter| SweepCell {
                 source: "stage".to_owned(),
                 receiver: "seat".to_owned(),
                 center_frequency_hz: 100.0 * (band + 1) as f64,
@@ -51,7 +51,7 @@ fn made(settings: &[Made], seed: u64) -> Tradeoff {
         for packets in PACKETS {
             for _ in 0..REPEATS {
                 let scatter = made.scatter * (packets as f64).powf(-made.exponent);
-                let value = |cell: &Cell| {
+                let value = |cell: &SweepCell| {
                     let error = target(cell.parameter) * (made.bias + scatter * normal(&mut numbers));
                     let relative = cell.parameter.is_noticed_relatively();
                     Some((truth + if relative { truth * error / 100.0 } else { error }, None))
@@ -60,7 +60,7 @@ fn made(settings: &[Made], seed: u64) -> Tradeoff {
                 let trace = TraceSeconds { trace: SECONDS * packets as f64, write: 0.0, open: 0.0 };
                 let seconds =
                     RunSeconds { trace, render: RenderSeconds { parameters: 9.0, ..Default::default() } };
-                runs.push(Run { setting, packets, seconds, values });
+                runs.push(SweepRun { setting, packets, seconds, values });
             }
         }
     }

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::Findings;
 use crate::tradeoff::errors::{self, Curve};
 use crate::tradeoff::fit::Measured;
-use crate::tradeoff::runs::Cell;
+use crate::tradeoff::runs::SweepCell;
 use crate::tradeoff::sweep::Setting;
 use crate::tradeoff::verdict;
 
@@ -114,7 +114,7 @@ fn seconds(findings: &Findings<'_>, index: usize, packets: u64) -> Value {
 fn parameters(findings: &Findings<'_>, index: usize, packets: u64) -> Vec<Value> {
     let tradeoff = findings.tradeoff;
     let runs = tradeoff.runs_of(index, packets);
-    let estimate = |(at, cell): (usize, &Cell)| {
+    let estimate = |(at, cell): (usize, &SweepCell)| {
         let found = errors::estimate(&runs, at);
         let missing = errors::missing(found.as_ref(), tradeoff.reference.values[at]);
         let mut value = json!({

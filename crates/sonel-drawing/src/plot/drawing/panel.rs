@@ -29,7 +29,7 @@ const COLORS: [RGBColor; 7] = [
 ];
 
 /// A row with its legend.
-pub(super) struct Row<'a> {
+pub(super) struct PanelRow<'a> {
     panels: &'a [Panel],
     /// Name and mark of every entry.
     entries: Vec<(&'a str, Mark)>,
@@ -38,7 +38,7 @@ pub(super) struct Row<'a> {
     pub height: u32,
 }
 
-impl<'a> Row<'a> {
+impl<'a> PanelRow<'a> {
     pub(super) fn new(panels: &'a [Panel]) -> Self {
         let mut entries: Vec<(&str, Mark)> = Vec::new();
         for series in panels.iter().flat_map(|panel| &panel.series) {

@@ -39,7 +39,7 @@ const FAR: f64 = 1e6;
 
 /// Apparent position of an image source at the receiver, with its mirror planes.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct ImagePlace {
     /// About the scene's centre [m].
     pub position: DVec3,
     /// The planes of its mirrors in ascending order, each that is met an odd number of times once.
@@ -48,7 +48,7 @@ pub(crate) struct Place {
     pub through: Vec<u32>,
 }
 
-impl Place {
+impl ImagePlace {
     /// At `position` in `planes`, seen through partitions.
     #[must_use]
     pub(crate) fn new(position: DVec3, planes: impl IntoIterator<Item = PlaneId>, through: Vec<u32>) -> Self {
@@ -116,7 +116,7 @@ struct Sent {
 
 /// An image source with the waves that belong to it.
 struct Group {
-    place: Place,
+    place: ImagePlace,
     order: u32,
     /// Index of the visible wave.
     visible: Option<usize>,
@@ -134,7 +134,7 @@ pub(super) struct Field<'a> {
     groups: Vec<Group>,
     by_planes: HashMap<Vec<PlaneId>, Vec<usize>>,
     /// Places of the visible waves over walls and bodies.
-    seen: HashMap<Vec<PlaneId>, Vec<Place>>,
+    seen: HashMap<Vec<PlaneId>, Vec<ImagePlace>>,
     same_place: f64,
     parts: Vec<Part>,
 }
@@ -180,20 +180,20 @@ impl<'a> Field<'a> {
 
     /// The group of the image source at `place`, if it has one.
     #[must_use]
-    pub(super) fn find(&self, place: &Place) -> Option<usize> {
+    pub(super) fn find(&self, place: &ImagePlace) -> Option<usize> {
         let is_there = |&&group: &&usize| self.groups[group].place.is_at(place, self.same_place);
         self.by_planes.get(&place.planes)?.iter().find(is_there).copied()
     }
 
     /// Whether a wave over walls and bodies seems to come from `place`.
     #[must_use]
-    pub(super) fn sees(&self, place: &Place) -> bool {
+    pub(super) fn sees(&self, place: &ImagePlace) -> bool {
         let seen = self.seen.get(&place.planes);
         seen.is_some_and(|seen| seen.iter().any(|known| known.is_at(place, self.same_place)))
     }
 
     /// The group of the image source at `place`.
-    pub(super) fn group(&mut self, place: Place, order: u32) -> usize {
+    pub(super) fn group(&mut self, place: ImagePlace, order: u32) -> usize {
         self.find(&place).unwrap_or_else(|| {
             let group = self.groups.len();
             self.by_planes.entry(place.planes.clone()).or_default().push(group);

@@ -38,7 +38,7 @@ use field::Field;
 use mirror::Mirror;
 use waves::Waves;
 
-use field::Place;
+use field::ImagePlace;
 pub(crate) use images::Images;
 
 /// Distance up to which positions are the same [resolutions]: corners may be off by one each. The rest is a margin, chosen.
@@ -71,9 +71,9 @@ struct RoomEdge {
 /// Direct sound, or an image source that is visible from the receiver.
 pub(crate) struct VisibleWave {
     /// Apparent position of its source over the walls alone.
-    pub place: Place,
+    pub place: ImagePlace,
     /// The same over walls and bodies.
-    pub whole: Place,
+    pub whole: ImagePlace,
     /// Bodies that mirror it.
     pub bodies: Vec<u32>,
     /// Length of its way [m].
@@ -163,7 +163,7 @@ impl Edges {
         // Of an arc, the place that it begins at.
         let arrives = if found.order == 0 { source } else { receiver + found.towards * found.length };
         let place = |mirrors: &[&Mirror], position: DVec3| {
-            Place::new(position, mirrors.iter().map(|mirror| mirror.plane), found.through.clone())
+            ImagePlace::new(position, mirrors.iter().map(|mirror| mirror.plane), found.through.clone())
         };
         let walls: Vec<&Mirror> = mirrors.iter().filter(|mirror| mirror.is_wall()).collect();
         let of_walls = if walls.len() == mirrors.len() {

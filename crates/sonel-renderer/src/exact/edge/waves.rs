@@ -14,7 +14,7 @@ use sonel_map::BandValues;
 use super::bodies::WALL;
 use super::contributions::{Contribution, Over, both};
 use super::faces::Pair;
-use super::field::{FaceSide, Field, Part, Place, Route, Sides};
+use super::field::{FaceSide, Field, ImagePlace, Part, Route, Sides};
 use super::images::{Image, Images, Passed, specular};
 use super::mirror::Mirror;
 use super::{HAIR, ReceiverContext, RoomEdge};
@@ -346,12 +346,12 @@ impl<'a> Waves<'a> {
     }
 
     /// The image source over walls alone that is seen past the edges and over `faces` of theirs.
-    fn place(&self, path: &ClearPath<'_>, faces: &[Mirror]) -> Place {
+    fn place(&self, path: &ClearPath<'_>, faces: &[Mirror]) -> ImagePlace {
         let [from, to] = path.images;
         let all = || from.mirrors.iter().chain(faces).chain(path.floor).chain(to.mirrors.iter().rev());
         let walls = || all().filter(|mirror| mirror.is_wall());
         let position = walls().fold(self.from.all[0].position, |point, mirror| mirror.image(point));
-        Place::new(position, walls().map(|mirror| mirror.plane), path.through.clone())
+        ImagePlace::new(position, walls().map(|mirror| mirror.plane), path.through.clone())
     }
 
     /// Whether what passes the edges, or is mirrored in the `face` of one, reaches the receiver without them.
@@ -359,7 +359,7 @@ impl<'a> Waves<'a> {
         let [from, to] = path.images;
         let position = face.map_or(from.position, |face| face.image(from.position));
         let planes = from.mirrors.iter().chain(face).chain(&to.mirrors).map(|mirror| mirror.plane);
-        self.field.sees(&Place::new(to.unfold(position), planes, path.through.clone()))
+        self.field.sees(&ImagePlace::new(to.unfold(position), planes, path.through.clone()))
     }
 
     /// The faces of the edges of a path, and by wave of the first one and of the second one the image sources that are seen over them; none where
@@ -396,7 +396,7 @@ impl<'a> Waves<'a> {
     }
 
     /// The group of an image source, whose free path is that of `path` without what bodies mirror.
-    fn group_of(&mut self, path: &ClearPath<'_>, place: Place, order: u32) -> usize {
+    fn group_of(&mut self, path: &ClearPath<'_>, place: ImagePlace, order: u32) -> usize {
         let group = self.field.group(place, order);
         if self.field.lacks_free(group) {
             let length = self
