@@ -9,7 +9,7 @@ use crate::{printed, render, response, test_folder, trace};
 
 /// More receivers than are rendered at once, which none of the jobs divides alike.
 const GRID: [&str; 7] =
-    ["--grid", "0.5:4.5:10,0.6:2.4:7,1.4", "--bin", "0.01", "--directions", "--rays", "64"];
+    ["--grid", "0.5:4.5:10,0.6:2.4:7,1.4", "--bin", "0.01", "--directions", "--rays", "16"];
 
 pub(crate) fn merge(folder: &TestFolder, parts: &[&str], output: &str) -> anyhow::Result<String> {
     let place = |name: &&str| folder.path(name).display().to_string();
@@ -30,7 +30,7 @@ fn refusal(result: anyhow::Result<String>) -> String {
 #[test]
 fn parts_of_the_receivers_join_to_the_response_in_one_piece() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--packets", "600"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "200"]).unwrap();
     render(&folder, "a.sonelmap", "whole.npz", &GRID).unwrap();
     for count in [1, 3] {
         let names: Vec<String> = (1..=count).map(|index| format!("{index}.npz")).collect();
@@ -49,8 +49,8 @@ fn parts_of_the_receivers_join_to_the_response_in_one_piece() {
 #[test]
 fn parts_of_other_renderings_missing_and_doubled_parts_are_refused() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--packets", "600"]).unwrap();
-    trace(&folder, "b.sonelmap", &["--packets", "600", "--seed", "2"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "200"]).unwrap();
+    trace(&folder, "b.sonelmap", &["--packets", "200", "--seed", "2"]).unwrap();
     let part = |map: &str, name: &str, more: &[&str]| {
         render(&folder, map, name, &[&GRID[..], more].concat()).unwrap()
     };

@@ -370,6 +370,27 @@ class Scene(_Managed):
                 raise Error(f"no face is of the material {_input.shown(name)}: the room has {', '.join(dict.fromkeys(known))}")
         return self._of_document({**document, "materials": {**document["materials"], **changed}}, polygons, objects)
 
+    def with_sources(self, sources: _Points) -> Scene:
+        """The same room with other sources: with microphones in their place a `walk` is the path of a source that they hear (docs/formats/sound.md).
+
+        Parameters
+        ----------
+        sources
+            As for `Scene.shoebox`.
+
+        Returns
+        -------
+        Scene
+            Another scene; this one stays as it is.
+
+        Raises
+        ------
+        Error
+            A scene of a file, or bad input.
+        """
+        document, polygons, objects = self._parts()
+        return self._of_document({**document, "sources": _points(sources, "source")}, polygons, objects)
+
     def absorption_for(self, t60: ArrayLike, material: str = "walls") -> NDArray[np.float64]:
         """Absorption of a material with which Eyring's formula gives a reverberation time, for `with_materials`.
 

@@ -87,7 +87,7 @@ fn drift(packets: u32) -> (f64, f64) {
 /// once: 1e-16 of a packet at each of its arrivals.
 #[test]
 fn ledgers_do_not_drift() {
-    let packets = form(1_000, 100_000);
+    let packets = form(300, 100_000);
     let (residual, single) = drift(packets);
     println!(
         "{packets} packets of {ARRIVALS} arrivals in one ledger: residual {residual:.1e}, in single precision {single:.1e}"
