@@ -7,7 +7,7 @@
 //! Of the waves as many are left as reflections are expected at t_k in a room of volume V, 4πc³t²/V per second [Kuttruff2009, section 4.1], at
 //! least 4000 per second. This depends on the wave alone, so that receivers share what is left.
 //!
-//! Where more are expected than there are, a wave stands for several and is [spread](dispersion) over a millisecond, the same way for all.
+//! Where more are expected than there are, a wave stands for several and is spread by all-pass filters over a millisecond, the same way for all.
 //!
 //! All sources have the same waves, displaced by their position: for sources side by side, too, late sound has the coherence of a diffuse field, as
 //! reciprocity demands.
