@@ -552,7 +552,7 @@ def test_a_source_moves_by_reciprocity():
 def test_the_documented_moving_source_is_heard_by_all_microphones():
     text = (Path(__file__).parents[2] / "docs" / "python.md").read_text(encoding="utf-8")
     [documented] = re.findall(r"```python\n(for room in sonel\.random_rooms.*?)```", text, re.DOTALL)
-    speech, circle = np.random.default_rng(2).standard_normal(1600), [[0.05, 0, 0], [-0.05, 0, 0]]
+    speech, circle = np.random.default_rng(2).standard_normal(1600), np.array([[0.05, 0, 0], [-0.05, 0, 0]])
     names = {"sonel": sonel, "speech": speech, "circle": circle}
     exec(documented.replace("random_rooms(50", "random_rooms(1"), names)
     heard = names["heard"]
