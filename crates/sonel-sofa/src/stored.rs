@@ -9,7 +9,7 @@ use sofar::hdf::DataObject;
 use crate::SofaError;
 
 /// An array of at most so many bytes, or of this many times the file, is taken: what compression can do.
-const ANYWAY: u64 = 64 << 20;
+const ALWAYS_TAKEN: u64 = 64 << 20;
 const LARGEST_RATIO: u64 = 100;
 
 /// Types of messages in an object header.
@@ -29,7 +29,7 @@ pub(crate) fn check(name: &str, array: &DataObject, file: &[u8]) -> Result<(), S
         return Err(format!("{name} is stored big-endian").into());
     }
     let bytes = bytes_of(array);
-    if bytes > ANYWAY.max(LARGEST_RATIO.saturating_mul(file.len() as u64)) {
+    if bytes > ALWAYS_TAKEN.max(LARGEST_RATIO.saturating_mul(file.len() as u64)) {
         return Err(format!("{name} claims {bytes} bytes, the file has {}", file.len()).into());
     }
     let filters = filters(file, array.address).ok_or_else(|| format!("the header of {name} is damaged"))?;

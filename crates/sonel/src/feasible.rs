@@ -98,9 +98,9 @@ mod tests {
     use std::ops::ControlFlow;
 
     #[derive(Default)]
-    struct Heard(std::sync::Mutex<Vec<String>>);
+    struct Notes(std::sync::Mutex<Vec<String>>);
 
-    impl Observer for Heard {
+    impl Observer for Notes {
         fn message(&self, _: Severity, text: &str) -> ControlFlow<()> {
             self.0.lock().unwrap().push(text.to_owned());
             ControlFlow::Continue(())
@@ -109,7 +109,7 @@ mod tests {
 
     #[test]
     fn large_runs_are_announced_and_those_beyond_the_allowed_memory_refused() {
-        let heard = Heard::default();
+        let heard = Notes::default();
         let admit = |cpu_seconds, memory_bytes, allowed| {
             let demand = Demand { cpu_seconds, map_bytes: 0.0, memory_bytes };
             demand.admit(allowed, "give fewer", Watch(&heard))

@@ -105,7 +105,7 @@ pub(crate) fn run(arguments: &Auralise, out: &mut dyn Write, log: &mut dyn Write
 }
 
 /// A file in which a recording is heard.
-struct Heard {
+struct Audio {
     complete: Complete,
     peak: f32,
     /// Name, level [dB re the recording], peak [dB re full scale].
@@ -118,7 +118,7 @@ fn heard(
     recording: &Path,
     gain: i16,
     seed: Option<u64>,
-) -> anyhow::Result<Vec<Heard>> {
+) -> anyhow::Result<Vec<Audio>> {
     let mut heard = Vec::new();
     for design in designs {
         let mut signal = dry(recording, design.rate())?;
@@ -135,7 +135,7 @@ fn heard(
             })?;
             let level = 10.0 * (loudness.energy / at_1_m.energy).log10();
             let (peak, peak_db) = (loudness.peak, 20.0 * loudness.peak.log10());
-            Ok(Heard { complete, peak, row: [stem(path), format!("{level:.1}"), format!("{peak_db:.1}")] })
+            Ok(Audio { complete, peak, row: [stem(path), format!("{level:.1}"), format!("{peak_db:.1}")] })
         })?);
     }
     Ok(heard)

@@ -61,7 +61,7 @@ impl SoundArguments {
 }
 
 /// What is written for each pair of source and receiver.
-pub(crate) struct Heard {
+pub(crate) struct SoundKinds {
     /// Order of ambisonics, and their axes.
     ambix: Option<(u32, Axes)>,
     /// Ears.
@@ -70,7 +70,7 @@ pub(crate) struct Heard {
     array: Option<Vec<Microphone>>,
 }
 
-impl Heard {
+impl SoundKinds {
     /// What is asked for.
     ///
     /// # Errors
@@ -113,7 +113,7 @@ pub struct SoundFiles<'a> {
     sources: Vec<String>,
     receivers: Vec<String>,
     suffix: String,
-    pub(crate) heard: Heard,
+    pub(crate) heard: SoundKinds,
     /// Samples per second.
     pub sample_rate_hz: u32,
 }
@@ -148,7 +148,7 @@ impl<'a> SoundFiles<'a> {
             sources: numbered(sources),
             receivers,
             suffix: suffix.to_owned(),
-            heard: Heard::of(arguments)?,
+            heard: SoundKinds::of(arguments)?,
             sample_rate_hz: arguments.wav_rate,
         };
         make_folder(folder)?;

@@ -45,7 +45,7 @@ pub(crate) use images::Images;
 const SAME_PLACE: f64 = 8.0;
 
 /// Distance of the test points from an edge [resolutions]: corners of the mesh may be one off its line.
-const HAIR: f64 = 2.0;
+const OFF_EDGE: f64 = 2.0;
 
 /// Edges that diffract, and the tables for their contributions.
 pub(crate) struct Edges {
@@ -245,7 +245,7 @@ fn room_edges(geometry: &Geometry, bodies: &Bodies) -> Vec<RoomEdge> {
         .filter_map(|(edge, sector)| {
             let wedge = Wedge::new(edge.ends.map(local), sector.inward, sector.normal, sector.angle)?;
             let faces = sector.faces.map(|face| Mirror::new(geometry, bodies, face));
-            let off = HAIR * f64::from(geometry.resolution()) * sector.middle();
+            let off = OFF_EDGE * f64::from(geometry.resolution()) * sector.middle();
             Some(RoomEdge { wedge, faces, off })
         })
         .collect()

@@ -17,7 +17,7 @@ use super::faces::Pair;
 use super::field::{FaceSide, Field, ImagePlace, Part, Route, Sides};
 use super::images::{Image, Images, Passed, specular};
 use super::mirror::Mirror;
-use super::{HAIR, ReceiverContext, RoomEdge};
+use super::{OFF_EDGE, ReceiverContext, RoomEdge};
 
 /// Sine of the angle over a face from which on an end is in front of it: 6°, where a mirrored wave is complete. Chosen, not measured; doubled,
 /// mirrored waves fade in over 12°.
@@ -253,7 +253,7 @@ impl<'a> Waves<'a> {
         match (pair, hairs) {
             (Some(pair), _) => {
                 let normal = edges[0].faces[usize::from(pair.at_second[0])].normal();
-                let hair = HAIR * f64::from(self.at.geometry.resolution()) * normal;
+                let hair = OFF_EDGE * f64::from(self.at.geometry.resolution()) * normal;
                 let along = |hair: DVec3| joins(places.map(|place| place + hair));
                 let is_sheet = edges.iter().all(|edge| edge.wedge.is_rim());
                 passed.extend(along(hair).or_else(|| along(-hair).filter(|_| is_sheet))?);
