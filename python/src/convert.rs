@@ -98,12 +98,8 @@ fn coefficients(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Coefficients> 
     }
 }
 
-/// Levels in the octaves 125 … 8000 Hz: words that `parse` reads, or seven numbers.
-pub(crate) fn octaves(
-    name: &str,
-    given: &Bound<'_, PyAny>,
-    parse: fn(&str) -> Result<[f64; 7], String>,
-) -> PyResult<[f64; 7]> {
+/// Levels in the octaves 125 … 8000 Hz: words, or seven numbers.
+pub(crate) fn octaves<L: FromStr<Err: Display>>(name: &str, given: &Bound<'_, PyAny>) -> PyResult<L> {
     let text = match given.cast::<PyString>() {
         Ok(text) => text.to_string(),
         Err(_) => {
@@ -112,7 +108,7 @@ pub(crate) fn octaves(
             levels.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
         }
     };
-    parse(&text).map_err(|wrong| refused(format!("{name}: {wrong}")))
+    text.parse().map_err(|wrong| refused(format!("{name}: {wrong}")))
 }
 
 /// Standard uncertainties of absorption: a number or numbers for all materials, or each by the name of its material.

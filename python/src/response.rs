@@ -14,7 +14,7 @@ use pyo3::types::{PyBytes, PyDict, PyTuple};
 use sonel::analysis::modal::ModalBands;
 use sonel::analysis::modulation::Talk;
 use sonel::analysis::receiver::parameters_of;
-use sonel::analysis::speech::{noise_level_db, speech_power_level_db};
+use sonel::analysis::speech::{NoiseLevels, SpeechPower};
 use sonel::echograms::{Echograms, LATERAL_KEYS, ReceiverDirectivity};
 use sonel::{
     AbsorptionUncertainty, Axes, Channels, Head, Microphone, Observer, Route, SPACINGS, SoundOptions,
@@ -213,12 +213,13 @@ impl Response {
         [noise, speech]: [Option<Bound<'py, PyAny>>; 2],
         materials: Option<(Arc<sonel::Map>, Vec<AbsorptionUncertainty>)>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let noise = noise.map(|given| octaves("noise", &given, noise_level_db)).transpose()?;
-        let speech = speech.map(|given| octaves("speech", &given, speech_power_level_db)).transpose()?;
+        let noise = noise.map(|given| octaves("noise", &given)).transpose()?;
+        let speech = speech.map(|given| octaves("speech", &given)).transpose()?;
         if noise.is_none() && speech.is_some() {
             return Err(refused("speech needs noise: give both"));
         }
-        let talk = noise.map(|noise_level_db| Talk { power_level_db: speech, noise_level_db });
+        let power_level_db = speech.map(|SpeechPower(levels)| levels);
+        let talk = noise.map(|NoiseLevels(noise_level_db)| Talk { power_level_db, noise_level_db });
         let response = Arc::clone(&self.response);
         let json = work(py, Some(log), None, None, move |observer| {
             let echograms = response.echograms();

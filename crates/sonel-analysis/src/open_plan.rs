@@ -140,15 +140,10 @@ fn reached(
         return Err(Unsupported::NotFalling { of_what, value });
     }
     let [nearest, farthest] = [x[0], x[x.len() - 1]].map(distance);
-    let beyond = match found.value {
-        found if found > farthest => {
-            Some(format!("{symbol} is extrapolated: the line ends at {farthest:.1} m"))
-        }
-        found if found < nearest => {
-            Some(format!("{symbol} is extrapolated: the line begins at {nearest:.1} m"))
-        }
-        _ => None,
-    };
+    let end = (found.value > farthest).then_some(("ends", farthest));
+    let begin = (found.value < nearest).then_some(("begins", nearest));
+    let beyond =
+        end.or(begin).map(|(ends, at)| format!("{symbol} is extrapolated: the line {ends} at {at:.1} m"));
     Ok(found.warned(beyond))
 }
 

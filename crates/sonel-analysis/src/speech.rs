@@ -6,6 +6,8 @@
 //!
 //! References: docs/references.md.
 
+use std::str::FromStr;
+
 use sonel_acoustics::noise::NoiseCurve;
 
 use crate::open_plan::SPEECH_POWER_LEVEL_DB;
@@ -24,56 +26,68 @@ const FREE_FIELD_DB: f64 = 10.992_098_640_220_963;
 /// Possible levels [dB].
 const POSSIBLE: std::ops::RangeInclusive<f64> = -100.0..=200.0;
 
-/// Power levels of speech [dB re 1 pW] in the octaves 125 … 8000 Hz: a word, or seven numbers between commas.
-///
-/// # Errors
-/// A sentence that says what is right.
-pub fn speech_power_level_db(text: &str) -> Result<[f64; 7], String> {
-    let word = text.trim().to_lowercase();
-    if word == TEST_SIGNAL.0 {
-        return Ok(TEST_SIGNAL.1.map(|level| level + FREE_FIELD_DB));
+/// Power levels of speech in the octaves 125 … 8000 Hz [dB re 1 pW]: a word, or seven numbers between commas.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpeechPower(pub [f64; 7]);
+
+/// Levels of noise in the octaves 125 … 8000 Hz [dB re 20 µPa]: a curve such as `NR-35` or `NC-30`, or seven numbers between commas.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoiseLevels(pub [f64; 7]);
+
+/// A sentence that says which words and levels are right.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct UnfitLevels(String);
+
+impl FromStr for SpeechPower {
+    type Err = UnfitLevels;
+
+    fn from_str(text: &str) -> Result<Self, UnfitLevels> {
+        let word = text.trim().to_lowercase();
+        if word == TEST_SIGNAL.0 {
+            return Ok(Self(TEST_SIGNAL.1.map(|level| level + FREE_FIELD_DB)));
+        }
+        if let Some((_, louder)) = EFFORTS.iter().find(|(name, _)| *name == word) {
+            return Ok(Self(std::array::from_fn(|k| SPEECH_POWER_LEVEL_DB[k] + louder[k])));
+        }
+        let words: Vec<&str> = EFFORTS.iter().map(|(name, _)| *name).chain([TEST_SIGNAL.0]).collect();
+        octaves(text, &format!("one of {}", words.join(", "))).map(Self)
     }
-    if let Some((_, louder)) = EFFORTS.iter().find(|(name, _)| *name == word) {
-        return Ok(std::array::from_fn(|k| SPEECH_POWER_LEVEL_DB[k] + louder[k]));
-    }
-    let words: Vec<&str> = EFFORTS.iter().map(|(name, _)| *name).chain([TEST_SIGNAL.0]).collect();
-    octaves(text, &format!("one of {}", words.join(", ")))
 }
 
-/// Levels of noise [dB re 20 µPa] in the octaves 125 … 8000 Hz: a curve such as `NR-35` or `NC-30`, or seven numbers between commas.
-///
-/// # Errors
-/// A sentence that says what is right.
-pub fn noise_level_db(text: &str) -> Result<[f64; 7], String> {
-    let word = text.trim().to_uppercase();
-    let curves = [("NR", NoiseCurve::Nr), ("NC", NoiseCurve::Nc)];
-    if let Some((rest, curve)) =
-        curves.iter().find_map(|(name, curve)| Some((word.strip_prefix(name)?, curve)))
-    {
-        let rating = rest.trim_start_matches(['-', ' ']).parse::<f64>().ok();
-        let levels = rating.and_then(|rating| curve.levels_db(rating));
-        let [low, high] = curve.range();
-        let levels = levels.ok_or_else(|| {
-            format!("\"{text}\" is no curve of noise: give {low} … {high}, such as NR-35 or NC-30")
+impl FromStr for NoiseLevels {
+    type Err = UnfitLevels;
+
+    fn from_str(text: &str) -> Result<Self, UnfitLevels> {
+        let word = text.trim().to_uppercase();
+        let (rest, curve) = match (word.strip_prefix("NR"), word.strip_prefix("NC")) {
+            (Some(rest), _) => (rest, NoiseCurve::Nr),
+            (_, Some(rest)) => (rest, NoiseCurve::Nc),
+            _ => return octaves(text, "a curve such as NR-35 or NC-30").map(Self),
+        };
+        let rating = rest.trim_start_matches(['-', ' ']).parse().ok();
+        let levels = rating.and_then(|rating| curve.levels_db(rating)).ok_or_else(|| {
+            let [low, high] = curve.range();
+            UnfitLevels(format!(
+                "\"{text}\" is no curve of noise: give {low} … {high}, such as NR-35 or NC-30"
+            ))
         })?;
-        return Ok(std::array::from_fn(|k| levels[k + 1]));
+        Ok(Self(std::array::from_fn(|k| levels[k + 1])))
     }
-    octaves(text, "a curve such as NR-35 or NC-30")
 }
 
 /// Seven levels within what physics allows; else a sentence with the `alternative`.
-fn octaves(text: &str, alternative: &str) -> Result<[f64; 7], String> {
-    let wrong = || {
-        format!(
+fn octaves(text: &str, alternative: &str) -> Result<[f64; 7], UnfitLevels> {
+    let levels: Option<Vec<f64>> = text.split(',').map(|field| field.trim().parse().ok()).collect();
+    let levels: [f64; 7] = levels.and_then(|levels| levels.try_into().ok()).ok_or_else(|| {
+        UnfitLevels(format!(
             "\"{text}\" is not seven levels: write one for each octave 125 … 8000 Hz, such as 42,38,35,32,28,24,20, or {alternative}"
-        )
-    };
-    let levels: Vec<f64> =
-        text.split(',').map(|field| field.trim().parse().map_err(|_| wrong())).collect::<Result<_, _>>()?;
-    if let Some(level) = levels.iter().find(|level| !POSSIBLE.contains(*level)) {
-        return Err(format!("{level} dB is outside -100 … 200 dB"));
+        ))
+    })?;
+    match levels.iter().find(|level| !POSSIBLE.contains(*level)) {
+        Some(level) => Err(UnfitLevels(format!("{level} dB is outside -100 … 200 dB"))),
+        None => Ok(levels),
     }
-    levels.try_into().map_err(|_| wrong())
 }
 
 #[cfg(test)]
@@ -86,7 +100,7 @@ mod tests {
     #[test]
     fn words_have_the_levels_of_their_standards() {
         let level = |word: &str| {
-            let power = speech_power_level_db(word).expect("a word");
+            let SpeechPower(power) = word.parse().expect("a word");
             a_weighted_db(&SPEECH_OCTAVES, &power) - FREE_FIELD_DB
         };
         assert!((level("normal") - 57.4).abs() < 0.1, "{}", level("normal"));
@@ -97,14 +111,15 @@ mod tests {
 
     #[test]
     fn noise_is_a_curve_or_seven_levels() {
-        let nr = noise_level_db("NR-35").expect("a curve");
+        let NoiseLevels(nr) = "NR-35".parse().expect("a curve");
         assert!((nr[3] - 35.0).abs() < 1e-12 && (nr[0] - 52.45).abs() < 1e-9);
-        assert_eq!(noise_level_db("nc30"), noise_level_db("48,41,35,31,29,28,27"));
+        let same = ["nc30", "48,41,35,31,29,28,27"].map(|text| text.parse::<NoiseLevels>().expect("levels"));
+        assert_eq!(same[0], same[1]);
         for (text, expected) in
             [("NR-200", "0 … 130"), ("1,2", "seven levels"), ("1,2,3,4,5,6,300", "outside")]
         {
-            assert!(noise_level_db(text).unwrap_err().contains(expected), "{text}");
+            assert!(text.parse::<NoiseLevels>().unwrap_err().to_string().contains(expected), "{text}");
         }
-        assert!(speech_power_level_db("quiet").unwrap_err().contains("raised"));
+        assert!("quiet".parse::<SpeechPower>().unwrap_err().to_string().contains("raised"));
     }
 }

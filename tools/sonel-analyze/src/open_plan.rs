@@ -83,8 +83,8 @@ impl Office {
         let named = arguments.receivers.iter().map(find).collect::<anyhow::Result<Vec<usize>>>()?;
         let receivers = if named.is_empty() { (0..response.receivers()).collect() } else { named };
         check_twice(&receivers, &response)?;
-        let power_level_db = Some(arguments.speech.unwrap_or(SPEECH_POWER_LEVEL_DB));
-        let talk = Talk { power_level_db, noise_level_db: arguments.noise };
+        let power_level_db = Some(arguments.speech.map_or(SPEECH_POWER_LEVEL_DB, |speech| speech.0));
+        let talk = Talk { power_level_db, noise_level_db: arguments.noise.0 };
         let line = line(&response, source, &receivers, &talk);
         if line.places.len() < WANTED {
             writeln!(

@@ -3,7 +3,7 @@
 use anyhow::Context;
 use clap::Args;
 use sonel::analysis::modulation::Talk;
-use sonel::analysis::speech::{noise_level_db, speech_power_level_db};
+use sonel::analysis::speech::{NoiseLevels, SpeechPower};
 use sonel::echograms::{Echograms, SourceChange};
 
 use crate::spelled;
@@ -16,13 +16,13 @@ pub struct HeardArguments {
     /// A curve such as NR-35 or NC-30, or levels in the octaves 125 … 8000 Hz [dB re 20 µPa], seven numbers with commas
     /// between. Adds U50 and signal-to-noise ratio; the speech transmission index then includes noise, masking and the
     /// reception threshold.
-    #[arg(long, value_name = "CURVE|L125,…,L8000", value_parser = noise_level_db, allow_hyphen_values = true)]
-    pub noise: Option<[f64; 7]>,
+    #[arg(long, value_name = "CURVE|L125,…,L8000", allow_hyphen_values = true)]
+    pub noise: Option<NoiseLevels>,
     /// Speech power [default: of the source].
     ///
     /// normal, raised, loud, shouted, iec, or power levels in the octaves of --noise [dB re 1 pW].
-    #[arg(long, value_name = "EFFORT|LW125,…,LW8000", value_parser = speech_power_level_db, allow_hyphen_values = true, requires = "noise")]
-    pub speech: Option<[f64; 7]>,
+    #[arg(long, value_name = "EFFORT|LW125,…,LW8000", allow_hyphen_values = true, requires = "noise")]
+    pub speech: Option<SpeechPower>,
     /// All sources as one system.
     ///
     /// Energies are added; time zero is the first direct sound. Lateral parameters are left out.
@@ -44,7 +44,7 @@ impl HeardArguments {
     /// What is said, where there is a level of noise.
     #[must_use]
     pub fn talk(&self) -> Option<Talk> {
-        self.noise.map(|noise_level_db| Talk { power_level_db: self.speech, noise_level_db })
+        Some(Talk { power_level_db: self.speech.map(|speech| speech.0), noise_level_db: self.noise?.0 })
     }
 
     /// The words of a command line that say the same.
@@ -52,8 +52,8 @@ impl HeardArguments {
     pub fn words(&self) -> Vec<String> {
         let levels = |levels: [f64; 7]| levels.map(|level| level.to_string()).join(",");
         let mut words = Vec::new();
-        words.extend(self.noise.map(|noise| format!("--noise={}", levels(noise))));
-        words.extend(self.speech.map(|speech| format!("--speech={}", levels(speech))));
+        words.extend(self.noise.map(|noise| format!("--noise={}", levels(noise.0))));
+        words.extend(self.speech.map(|speech| format!("--speech={}", levels(speech.0))));
         words.extend(self.together.then(|| "--together".to_owned()));
         words.extend(self.gain.iter().map(|(name, gain)| format!("--gain={name}={gain}")));
         words.extend(self.delay.iter().map(|(name, delay)| format!("--delay={name}={delay}")));

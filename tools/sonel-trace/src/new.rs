@@ -56,8 +56,8 @@ pub(crate) struct New {
 }
 
 /// Reads three lengths [m]; the scene file says which are possible.
-fn parse_lengths(text: &str) -> Result<[f64; 3], String> {
-    numbers(text, ',').ok_or_else(|| "give three lengths in metres, such as 9,7,3".to_owned())
+fn parse_lengths(text: &str) -> anyhow::Result<[f64; 3]> {
+    numbers(text, ',').context("give three lengths in metres, such as 9,7,3")
 }
 
 /// Writes the scene file.

@@ -210,16 +210,8 @@ fn trimmed(value: f64) -> String {
 fn power_of_ten(value: f64) -> String {
     let exponent = (libm::log10(value.abs()) + ROUNDING).floor();
     let mantissa = trimmed(value / libm::exp10(exponent));
-    let raised: String = format!("{exponent}")
-        .chars()
-        .map(|c| match c {
-            '-' => '⁻',
-            '1' => '¹',
-            '2' => '²',
-            '3' => '³',
-            c => c.to_digit(10).and_then(|digit| char::from_u32('⁰' as u32 + digit)).unwrap_or(c),
-        })
-        .collect();
+    let raise = |plain: char| "-0123456789".find(plain).and_then(|index| "⁻⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(index));
+    let raised: String = exponent.to_string().chars().filter_map(raise).collect();
     if mantissa == "1" { format!("10{raised}") } else { format!("{mantissa}·10{raised}") }
 }
 

@@ -4,7 +4,7 @@ use super::Printed;
 use std::path::PathBuf;
 
 use clap::Args;
-use sonel::analysis::speech::{noise_level_db, speech_power_level_db};
+use sonel::analysis::speech::{NoiseLevels, SpeechPower};
 
 /// `open-plan`.
 #[derive(Debug, Clone, Args)]
@@ -29,13 +29,13 @@ pub struct OpenPlan {
     ///
     /// A curve such as NR-35 or NC-30, or levels in the octaves 125 … 8000 Hz [dB re 20 µPa], seven numbers with commas
     /// between.
-    #[arg(long, value_name = "CURVE|L125,…,L8000", value_parser = noise_level_db, allow_hyphen_values = true)]
-    pub noise: [f64; 7],
+    #[arg(long, value_name = "CURVE|L125,…,L8000", allow_hyphen_values = true)]
+    pub noise: NoiseLevels,
     /// Speech power [default: normal, ISO 3382-3].
     ///
     /// normal, raised, loud, shouted, iec, or power levels in the octaves of --noise [dB re 1 pW].
-    #[arg(long, value_name = "EFFORT|LW125,…,LW8000", value_parser = speech_power_level_db, allow_hyphen_values = true)]
-    pub speech: Option<[f64; 7]>,
+    #[arg(long, value_name = "EFFORT|LW125,…,LW8000", allow_hyphen_values = true)]
+    pub speech: Option<SpeechPower>,
     /// Source [default: the first].
     ///
     /// The talker.
