@@ -14,7 +14,7 @@ pub const REVISION: u32 = 7;
 pub mod interaction;
 pub mod packet;
 pub mod run;
-mod usual;
+mod splitting;
 mod zone;
 
 pub use run::{CHUNKS_IN_FLIGHT, PILOTS, TraceError, TracedChunk, Tracer};

@@ -7,7 +7,7 @@ use sonel_sampling::{Frame, Stream};
 use sonel_scene::{Flight, Interface, Refraction, Source, refract};
 
 use crate::interaction::{draw_event, mirrored, scattered};
-use crate::usual::Usual;
+use crate::splitting::SplitThresholds;
 use crate::zone::{DiffractionZones, Way};
 
 /// The surroundings of a packet: what all packets of a run share.
@@ -73,11 +73,11 @@ pub struct Emission<'a> {
     /// Share of its batch in the run.
     pub share: f64,
     /// Energies beyond which packets are split; none where no packet is.
-    pub usual: Option<&'a Usual>,
+    pub thresholds: Option<&'a SplitThresholds>,
 }
 
 /// Times that a packet and those that it becomes are split: where hardly one packet in a thousand finds the way into a room of long decay, the few
-/// that [`Usual`] was found from did not, and those that do would become thousands.
+/// that [`SplitThresholds`] were found from did not, and those that do would become thousands.
 const MOST_SPLITS: u32 = 64;
 
 /// Records of packets.
@@ -105,14 +105,14 @@ impl TracedScene<'_> {
     /// Traces one packet to its end, leaving its path and its ledger in `records`.
     pub fn trace_packet(&self, emission: &Emission<'_>, stream: &mut Stream, records: &mut Records) {
         begin(emission, records);
-        let Emission { flight, deciding, usual, .. } = *emission;
+        let Emission { flight, deciding, thresholds, .. } = *emission;
         let (passed, passage) = (Passed::None, Passage::On);
         let mut packet = Packet { flight, deciding, passed, passage, leaves_wall: false };
         let (mut second, mut splits) = (Vec::new(), 0);
         loop {
             let Some(last) = self.step(&mut packet, stream, records) else {
-                let is_much = |usual: &Usual| usual.is_exceeded(&records.weight, packet.flight.length);
-                if packet.leaves_wall && splits < MOST_SPLITS && usual.is_some_and(is_much) {
+                let is_much = |of: &SplitThresholds| of.is_exceeded(&records.weight, packet.flight.length);
+                if packet.leaves_wall && splits < MOST_SPLITS && thresholds.is_some_and(is_much) {
                     splits += 1;
                     let place = packet.flight.position.as_vec3();
                     records.paths.vertices.push(Vertex::nowhere(place, Event::Split));

@@ -14,7 +14,7 @@ use sonel_scene::{Flight, Propagation, Scene, Source};
 use thiserror::Error;
 
 use crate::packet::{Emission, Records, TracedScene};
-use crate::usual::{UnderWay, Usual};
+use crate::splitting::{SplitThresholds, UnderWay};
 use crate::zone::DiffractionZones;
 
 /// Chunks traced before they are handed over together, while the next are traced: bounds the memory, whatever the number of
@@ -80,10 +80,10 @@ struct Run<'a> {
     emissions: &'a Emissions,
     seed: u64,
     /// By source; empty where no packet is split.
-    usual: Vec<Usual>,
+    thresholds: Vec<SplitThresholds>,
 }
 
-/// Packets of the runs before a run that find which energy is usual, at most a chunk: the first without splitting, the second split by the first.
+/// Packets of the runs before a run that find its thresholds, at most a chunk: the first without splitting, the second split by the first.
 pub const PILOTS: [u64; 2] = [CHUNK_EMISSIONS / 4, CHUNK_EMISSIONS];
 /// Packets of these that one processor traces at a time.
 const PART: u64 = 32;
@@ -114,7 +114,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Energies beyond which packets are split, by source.
-    fn usual(&self) -> Vec<Usual> {
+    fn thresholds(&self) -> Vec<SplitThresholds> {
         if self.settings.mode == Mode::Paper || self.settings.spectral == Spectral::PerBand {
             return Vec::new();
         }
@@ -125,11 +125,11 @@ impl<'a> Tracer<'a> {
     }
 
     /// Energies under way of a run of `packets` with random numbers of its own, by source.
-    fn under_way(&self, packets: u64, usual: Vec<Usual>) -> Vec<UnderWay> {
+    fn under_way(&self, packets: u64, thresholds: Vec<SplitThresholds>) -> Vec<UnderWay> {
         let settings = Settings { emissions: packets, seed: !self.settings.seed, ..self.settings };
         let (layout, center) = (settings.layout(self.scene), self.surroundings.geometry.center());
         let emissions = Emissions::new(self.scene, center, &settings, layout, &self.classes, &self.leads);
-        let run = Run { emissions: &emissions, seed: settings.seed, usual };
+        let run = Run { emissions: &emissions, seed: settings.seed, thresholds };
         let of_source = |source| {
             // In parts, which the processors share: all packets are one chunk.
             let parts = (0..packets.div_ceil(PART)).into_par_iter().map(|part| part * PART);
@@ -201,7 +201,7 @@ impl<'a> Tracer<'a> {
         self.check_sources()?;
         let sources = 0..self.scene.sources.len() as u32;
         let mut groups = sources.flat_map(|source| self.groups(shard).map(move |group| (source, group)));
-        let run = Run { emissions: &self.emissions, seed: self.settings.seed, usual: self.usual() };
+        let run = Run { emissions: &self.emissions, seed: self.settings.seed, thresholds: self.thresholds() };
         let trace = |(source, group): (u32, Range<u64>)| -> Vec<_> {
             let chunks = group.into_par_iter().map(|chunk| self.emissions.layout.emissions(chunk..chunk + 1));
             chunks.map(|chunk| self.trace_packets(&run, source, chunk, known)).collect()
@@ -251,7 +251,7 @@ impl<'a> Tracer<'a> {
     /// Traces the packets of a source with some `indices`.
     fn trace_packets(
         &self,
-        Run { emissions, seed, usual }: &Run<'_>,
+        Run { emissions, seed, thresholds }: &Run<'_>,
         source: u32,
         indices: Range<u64>,
         known: Option<&SonelMap>,
@@ -268,7 +268,7 @@ impl<'a> Tracer<'a> {
                 deciding: self.leads.of(emissions.layout.lead(index) as usize),
                 start: emissions.start(index),
                 share: emissions.share(index),
-                usual: usual.get(source as usize),
+                thresholds: thresholds.get(source as usize),
             };
             match known.and_then(|map| map.path(source, index)) {
                 None => self.surroundings.trace_packet(&emission, &mut streams.stream(index), &mut records),

@@ -16,7 +16,7 @@ const LEAST: f64 = 1e-5;
 
 /// Thresholds of one source.
 #[derive(Debug, Clone)]
-pub struct Usual {
+pub struct SplitThresholds {
     windows_per_length: f64,
     /// One over the threshold in each band, by window; zero where none is split.
     inverse: Vec<Vec<Lanes>>,
@@ -65,7 +65,7 @@ impl UnderWay {
     }
 
     /// The thresholds by which as many packets as in `paced` are under way: a run in which none was split.
-    pub(crate) fn thresholds(&self, paced: &Self) -> Usual {
+    pub(crate) fn thresholds(&self, paced: &Self) -> SplitThresholds {
         let mut inverse = self.energy.clone();
         for (sums, packets) in inverse.iter_mut().zip(&paced.packets) {
             let least = LEAST * self.emitted;
@@ -73,11 +73,11 @@ impl UnderWay {
             let mean = packets / paced.emitted * self.emitted / (MUCH * bands);
             sums.values_mut().for_each(|sum| *sum = if *sum > least { mean / *sum } else { 0.0 });
         }
-        Usual { windows_per_length: self.windows_per_length, inverse }
+        SplitThresholds { windows_per_length: self.windows_per_length, inverse }
     }
 }
 
-impl Usual {
+impl SplitThresholds {
     /// Whether a packet after a path of `length` [m] has so much energy that it is split.
     #[inline]
     pub fn is_exceeded(&self, weight: &PathWeight, length: f64) -> bool {
