@@ -8,7 +8,7 @@ use sonel::study::pipeline::{Room, render_and_read};
 use sonel::study::response::receivers_of;
 use sonel::study::spread::readings;
 use sonel::study::target::Targets;
-use sonel::study::until::Verdict;
+use sonel::study::until::TargetCheck;
 use sonel::{InMemory, Silent};
 use sonel_analysis::Parameter;
 use sonel_map::Settings;
@@ -34,8 +34,8 @@ fn stopped(scene: &Scene, targets: &Targets, seed: u64) -> ([(f64, f64); FIGURES
         let render = RenderSettings::default();
         let (_, parameters) = render_and_read(&map, &geometry, &receivers, &render, &Silent).expect("a run");
         let found = readings(&parameters, &targets.parameters());
-        let verdict = Verdict::new(&found, targets);
-        if verdict.is_reached() {
+        let target_check = TargetCheck::new(&found, targets);
+        if target_check.is_reached() {
             let band = &parameters[0].bands[BAND];
             let parameters = FIGURES.map(|parameter| {
                 let estimate = band.parameter(parameter).as_ref().expect("a supported figure");
@@ -44,7 +44,7 @@ fn stopped(scene: &Scene, targets: &Targets, seed: u64) -> ([(f64, f64); FIGURES
             });
             return (parameters, iterations);
         }
-        emissions = verdict.next(emissions);
+        emissions = target_check.next(emissions);
     }
     unreachable!("a run stops")
 }

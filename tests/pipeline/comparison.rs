@@ -2,7 +2,7 @@
 //!
 //! The long form, a hundred pairs, is in tests/accept.
 
-use sonel_analysis::map_comparison::{ArrivalPlace, Pairing, PlaceKind, compare};
+use sonel_analysis::map_comparison::{ArrivalPlace, MapPairing, PlaceKind, compare};
 use sonel_map::{Settings, Spectral};
 use sonel_scene::Scene;
 use sonel_tests::{Traced, shipped, wrong_levels};
@@ -35,7 +35,7 @@ fn two_seeds_of_one_scene_are_the_same() {
     let differ = (0..20_u64).filter(|pair| {
         let [a, b] = [1, 2].map(|seed| traced(0.15, settings(2_000, 2 * pair + seed)));
         let comparison = compare(a.as_traced(), b.as_traced()).unwrap();
-        assert_eq!(comparison.pairing, Pairing::Independent);
+        assert_eq!(comparison.pairing, MapPairing::Independent);
         assert!(comparison.tiers.iter().all(|tier| !tier.cells.is_empty()), "every kind of place is tested");
         !comparison.beyond_noise().is_empty()
     });
@@ -64,7 +64,7 @@ fn wrong_statistics_tell_seeds_apart() {
 #[test]
 fn a_wall_that_absorbs_more_is_found_with_other_and_with_the_same_seed() {
     let before = traced(0.15, settings(10_000, 1));
-    for (seed, pairing) in [(2, Pairing::Independent), (1, Pairing::Batches)] {
+    for (seed, pairing) in [(2, MapPairing::Independent), (1, MapPairing::Batches)] {
         let after = traced(0.20, settings(10_000, seed));
         let comparison = compare(before.as_traced(), after.as_traced()).unwrap();
         assert_eq!(comparison.pairing, pairing);

@@ -4,7 +4,7 @@ use sonel_echogram::Response;
 
 use crate::decay::Echogram;
 use crate::estimate::{Estimate, KernelShift, NoInterval, ParameterValue, Unsupported};
-use crate::jackknife::{self, Spread};
+use crate::jackknife::{self, BatchSpread};
 use crate::listed::Arrival;
 use crate::parameter::{LevelScale, Values};
 
@@ -151,7 +151,7 @@ pub fn estimate(
     let all = over(&|part| &part.readings.all)?;
     let without: Vec<f64> =
         (0..weight.len()).map(|g| over(&|part| &part.readings.without[g])).collect::<Result<_, _>>()?;
-    let Spread { half_width, error, warning } = jackknife::spread(all, &without, weight);
+    let BatchSpread { half_width, error, warning } = jackknife::spread(all, &without, weight);
     let noise = [value - half_width, value + half_width];
     // Where the parameter cannot be read off the corrected energies, nothing is known of its bias.
     let shift = || -> Result<KernelShift, Unsupported> {

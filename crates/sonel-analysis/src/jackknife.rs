@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// Spread of a parameter over its batches.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Spread {
+pub struct BatchSpread {
     /// Standard error of the parameter.
     pub error: StandardError,
     /// Half of the 95 % interval, in the unit of the parameter.
@@ -28,7 +28,7 @@ pub struct Spread {
 /// Spread of an estimate that is `all` from all batches and `without[j]` without batch j of weight `weight[j]`.
 /// Weights are above zero and add up to 1; at least two batches.
 #[must_use]
-pub fn spread(all: f64, without: &[f64], weight: &[f64]) -> Spread {
+pub fn spread(all: f64, without: &[f64], weight: &[f64]) -> BatchSpread {
     let groups = without.len() as f64;
     let mean =
         groups * all - without.iter().zip(weight).map(|(part, weight)| (1.0 - weight) * part).sum::<f64>();
@@ -45,7 +45,7 @@ pub fn spread(all: f64, without: &[f64], weight: &[f64]) -> Spread {
     let freedom = without.len() as u32 - 1;
     let noisy = variance.sqrt() > ROUNDING * all.abs();
     let error = StandardError { sigma: variance.sqrt(), freedom };
-    Spread {
+    BatchSpread {
         error,
         half_width: student::quantile(MISSED, freedom) * error.sigma,
         warning: if noisy { outlier::warning(&residuals) } else { None },

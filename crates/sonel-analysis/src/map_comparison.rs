@@ -156,7 +156,7 @@ pub struct Tier {
 
 /// Relation of the noise of two maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pairing {
+pub enum MapPairing {
     /// Same random numbers, compared batch by batch.
     Batches,
     /// Same seed but another numbering of emissions: taken for independent.
@@ -171,7 +171,7 @@ pub struct MapComparison {
     /// Room, materials, surfaces.
     pub tiers: Vec<Tier>,
     /// Treatment of noise.
-    pub pairing: Pairing,
+    pub pairing: MapPairing,
     /// Parts that could not be compared, a sentence each.
     pub without_counterpart: Vec<String>,
 }
@@ -264,16 +264,16 @@ pub fn changes(a: &SonelMap, b: &SonelMap) -> Vec<provenance::Difference> {
     found
 }
 
-fn pairing(a: &Traced<'_>, b: &Traced<'_>) -> Pairing {
+fn pairing(a: &Traced<'_>, b: &Traced<'_>) -> MapPairing {
     let (ours, theirs) = (a.map.header(), b.map.header());
     if ours.settings.seed != theirs.settings.seed {
-        return Pairing::Independent;
+        return MapPairing::Independent;
     }
     let same_numbers = a.map.layout() == b.map.layout()
         && ours.settings.spectral == theirs.settings.spectral
         && ours.shard == theirs.shard
         && ours.scene.bands == theirs.scene.bands;
-    if same_numbers { Pairing::Batches } else { Pairing::SameSeed }
+    if same_numbers { MapPairing::Batches } else { MapPairing::SameSeed }
 }
 
 fn weigh_alike(a: &Traced<'_>, b: &Traced<'_>) -> bool {

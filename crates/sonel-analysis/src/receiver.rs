@@ -237,13 +237,13 @@ pub fn parameters_at(
 
 /// One band, read from the fine bins and from the batches.
 struct Band {
-    all: Reading,
+    all: EchogramReading,
     /// Lateral energy and lateral cross energy, where there are directions.
-    lateral: Option<[Reading; 2]>,
+    lateral: Option<[EchogramReading; 2]>,
 }
 
 /// An echogram, read from the fine bins and from the batches.
-struct Reading {
+struct EchogramReading {
     fine: Values,
     parts: Result<Parts, NoInterval>,
     /// With what may follow the record; none where nothing is known of it.
@@ -285,7 +285,7 @@ fn at_receiver(
                 SPEECH_OCTAVES.iter().position(|octave| octave.total_cmp(&center_frequency_hz).is_eq());
             let of_octave = octave::bands_of(center_frequency_hz, &response.center_frequency_hz);
             if let Some((((talk, more), k), of_octave)) = talk.zip(more).zip(octave).zip(of_octave) {
-                let octave: Vec<&Reading> = of_octave.iter().map(|&band| &bands[band].all).collect();
+                let octave: Vec<&EchogramReading> = of_octave.iter().map(|&band| &bands[band].all).collect();
                 parameters.extend(in_noise(&octave, more[k], talk.noise_level_db[k]));
             }
             let [lower, higher] = response.left_out_db(s, r, b);
@@ -362,7 +362,7 @@ fn refusal(parameter: Parameter, reached_db: f64) -> Option<Unsupported> {
 
 /// U50 [Bradley1986] and signal-to-noise ratio of speech in the bands of an octave that is `more` [dB] louder than the source, in noise of a level
 /// [dB].
-fn in_noise(bands: &[&Reading], more: f64, noise_db: f64) -> [(Parameter, ParameterValue); 2] {
+fn in_noise(bands: &[&EchogramReading], more: f64, noise_db: f64) -> [(Parameter, ParameterValue); 2] {
     let [ratio, signal] = Parameter::IN_NOISE;
     let of = |values: &[&Values], parameter: Parameter| -> Result<Vec<f64>, Unsupported> {
         values.iter().map(|values| values.value(parameter)).collect()
@@ -400,7 +400,7 @@ fn direct_ratio(values: &Values, direct: f64) -> Result<f64, Unsupported> {
     Ok(10.0 * libm::log10(direct / (total - direct)))
 }
 
-fn read(response: &Response, listed: &listed::Index, s: usize, r: usize, b: usize) -> Reading {
+fn read(response: &Response, listed: &listed::Index, s: usize, r: usize, b: usize) -> EchogramReading {
     let arrivals = listed.of(response, s, r, b);
     let scale = (!response.is_measured()).then(|| LevelScale {
         source_power_level_db: response.source_power_level_db[s * response.bands() + b],
@@ -415,7 +415,7 @@ fn read(response: &Response, listed: &listed::Index, s: usize, r: usize, b: usiz
     let fine = Values::read(echogram, scale);
     let bounds =
         response.missing(s, r, b).and_then(|missing| Bounds::new(echogram, &fine.curve, missing, scale));
-    Reading { bounds, fine, parts: Parts::read(response, s, r, b, &arrivals, scale) }
+    EchogramReading { bounds, fine, parts: Parts::read(response, s, r, b, &arrivals, scale) }
 }
 
 /// The `wanted` parameters of one band, and those that only some responses have; `on_stage` where support is defined.
@@ -445,7 +445,7 @@ fn band_parameters(band: &Band, on_stage: bool, wanted: &[Parameter]) -> Vec<(Pa
 
 /// What `read` finds in the fine bins of `readings`, with its interval, unless noise, the shape of the decay or the end of the run decide it.
 fn checked(
-    readings: &[&Reading],
+    readings: &[&EchogramReading],
     parameter: Parameter,
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
 ) -> ParameterValue {
@@ -461,7 +461,7 @@ fn checked(
 /// The estimate, unless noise or the end of the run decide it.
 fn refused_or_widened(
     estimate: Estimate,
-    readings: &[&Reading],
+    readings: &[&EchogramReading],
     just_noticeable: f64,
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
 ) -> ParameterValue {
@@ -475,7 +475,7 @@ fn refused_or_widened(
 
 /// Estimate by `read`: its value from the fine bins, its interval from the batches.
 fn parameter_of(
-    readings: &[&Reading],
+    readings: &[&EchogramReading],
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
 ) -> ParameterValue {
     let parts: Result<Vec<&Parts>, &NoInterval> =
@@ -492,7 +492,7 @@ fn speech(
 ) -> ParameterValue {
     let borders = RefCell::new(Borders::default());
     let octaves = speech_octaves(frequencies)?;
-    let readings: Vec<&Reading> = octaves.iter().flatten().map(|&band| &bands[band].all).collect();
+    let readings: Vec<&EchogramReading> = octaves.iter().flatten().map(|&band| &bands[band].all).collect();
     let power: Vec<f64> = octaves.iter().flatten().map(|&band| power[band]).collect();
     let speech_index = |values: &[&Values]| speech_index(values, &power, &mut borders.borrow_mut(), talk);
     let estimate = parameter_of(&readings, speech_index)?;

@@ -88,7 +88,7 @@ pub fn fit(curve: &DecayCurve, range: DecayRange) -> Result<DecayLine, Unsupport
         return Err(steep(borders(end)));
     }
     let (middle, level_middle) = (0.5 * (begin + end), 0.5 * (range.from_db + range.to_db));
-    let mut sums = Moments::default();
+    let mut sums = RegressionSums::default();
     let mut before = (begin - middle, range.from_db - level_middle);
     let inside = (first..beyond).map(|point| (times[point] - middle, level(point) - level_middle));
     for at in inside.chain([(end - middle, range.to_db - level_middle)]) {
@@ -100,7 +100,7 @@ pub fn fit(curve: &DecayCurve, range: DecayRange) -> Result<DecayLine, Unsupport
 
 /// Integrals over time of a piecewise linear level.
 #[derive(Default)]
-struct Moments {
+struct RegressionSums {
     span: f64,
     time: f64,
     level: f64,
@@ -109,7 +109,7 @@ struct Moments {
     level_level: f64,
 }
 
-impl Moments {
+impl RegressionSums {
     fn add(&mut self, (t1, l1): (f64, f64), (t2, l2): (f64, f64)) {
         let width = t2 - t1;
         // Most pieces are steps.

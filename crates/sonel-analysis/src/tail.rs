@@ -46,7 +46,7 @@ pub fn fit(times: &[f64], energy: &[f64]) -> Result<Tail, Unsupported> {
         let wanted = end - (end - begin) * step as f64 / WINDOW_STEPS as f64;
         let first = times.partition_point(|&edge| edge < wanted).min(energy.len() - 1);
         let first = if step == WINDOW_STEPS { 0 } else { first };
-        let window = Window::group(&times[first..], &energy[first..]);
+        let window = FitWindow::group(&times[first..], &energy[first..]);
         let tail = window.rate().map(|rate| Tail { energy: window.energy_behind(rate), rate });
         let spanning = tail.filter(|tail| tail.rate * window.width() >= WINDOW_NEPERS);
         if let (Some(tail), Some(_)) = (shorter, spanning) {
@@ -61,12 +61,12 @@ pub fn fit(times: &[f64], energy: &[f64]) -> Result<Tail, Unsupported> {
 }
 
 /// The end of the record in groups of bins; times count from its begin.
-struct Window {
+struct FitWindow {
     edges: Vec<f64>,
     energy: Vec<f64>,
 }
 
-impl Window {
+impl FitWindow {
     fn group(times: &[f64], energy: &[f64]) -> Self {
         let size = energy.len().div_ceil(GROUPS);
         let mut edges = vec![0.0];

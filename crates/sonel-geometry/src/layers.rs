@@ -53,7 +53,7 @@ struct Patches<'a> {
 
 /// Evidence at the rim of a patch.
 #[derive(Clone, Default)]
-struct Rim {
+struct RimEvidence {
     layers: usize,
     /// Length at which a layer ends where one cell gives way to another [m].
     contact: f64,
@@ -184,7 +184,7 @@ impl<'a> FirstOnes<'a> {
     }
 }
 
-impl Rim {
+impl RimEvidence {
     /// Whether two bodies touch in the patch.
     fn is_contact(&self) -> bool {
         self.contact >= self.drawn_again || self.layers > 2 && self.contact > 0.0
@@ -192,7 +192,7 @@ impl Rim {
 }
 
 /// The faces of a stack that remain.
-fn kept(mesh: &Mesh, cells: &Cells, faces: &Stack, rim: &Rim) -> Stack {
+fn kept(mesh: &Mesh, cells: &Cells, faces: &Stack, rim: &RimEvidence) -> Stack {
     let material = |face: u32| mesh.triangles[face as usize].material;
     let first = faces[0];
     if cells.is_air(first) == [true; 2] {
@@ -208,9 +208,9 @@ fn kept(mesh: &Mesh, cells: &Cells, faces: &Stack, rim: &Rim) -> Stack {
 
 impl Patches<'_> {
     /// For each stack the rim of its patch: of the part between two cells, or where that has no evidence of the whole.
-    fn rims(&self) -> Vec<Rim> {
+    fn rims(&self) -> Vec<RimEvidence> {
         let [parts, wholes] = [true, false].map(|is_part| self.rims_of(&self.connected(is_part)));
-        let has_evidence = |rim: &Rim| rim.contact + rim.drawn_again > 0.0;
+        let has_evidence = |rim: &RimEvidence| rim.contact + rim.drawn_again > 0.0;
         parts
             .into_iter()
             .zip(wholes)
@@ -219,8 +219,8 @@ impl Patches<'_> {
     }
 
     /// For each stack the rim of the patch that it is in.
-    fn rims_of(&self, patches: &[u32]) -> Vec<Rim> {
-        let mut rims: HashMap<u32, Rim> = HashMap::default();
+    fn rims_of(&self, patches: &[u32]) -> Vec<RimEvidence> {
+        let mut rims: HashMap<u32, RimEvidence> = HashMap::default();
         for edge in self.edges {
             self.add_edge(edge, patches, &mut rims);
         }
@@ -269,7 +269,7 @@ impl Patches<'_> {
     }
 
     /// Notes what an edge says of the patches whose rim it is.
-    fn add_edge(&self, edge: &SharedEdge, patches: &[u32], rims: &mut HashMap<u32, Rim>) {
+    fn add_edge(&self, edge: &SharedEdge, patches: &[u32], rims: &mut HashMap<u32, RimEvidence>) {
         let meeting = self.meeting(edge);
         let [from, to] = edge.ends.map(|end| self.mesh.vertices[end as usize]);
         let length = from.distance(to);

@@ -63,15 +63,15 @@ impl Mesh {
             has_room(edge, share, at[vertex as usize], tolerance)
         });
         let rims = Rims::new(&mesh, tolerance);
-        let joints = rims.joints();
-        let joined: usize = joints.iter().map(|joint| joint.corners.len() - 1).sum();
-        let attached = joints.iter().filter(|joint| !joint.edges.is_empty()).count();
-        if joints.is_empty() {
+        let merges = rims.merges();
+        let joined: usize = merges.iter().map(|merge| merge.corners.len() - 1).sum();
+        let attached = merges.iter().filter(|merge| !merge.edges.is_empty()).count();
+        if merges.is_empty() {
             return None;
         }
         let mut renamed: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
         let mut places = mesh.vertices.clone();
-        for Joint { corners, place, .. } in &joints {
+        for CornerMerge { corners, place, .. } in &merges {
             for &corner in corners {
                 renamed[corner as usize] = corners[0];
             }
@@ -93,7 +93,7 @@ impl Mesh {
 }
 
 /// Corners that become one, the edges they are put on, and where.
-struct Joint {
+struct CornerMerge {
     corners: Vec<u32>,
     edges: Vec<usize>,
     place: DVec3,
@@ -183,9 +183,9 @@ impl<'a> Rims<'a> {
     }
 
     /// Corners that are brought together, with their position.
-    fn joints(&self) -> Vec<Joint> {
+    fn merges(&self) -> Vec<CornerMerge> {
         let attached = self.attachments();
-        let mut joints = Vec::new();
+        let mut merges = Vec::new();
         for corners in self.groups() {
             let mut edges: Vec<usize> = corners
                 .iter()
@@ -199,10 +199,10 @@ impl<'a> Rims<'a> {
             }
             let place = self.meeting_point(&corners, &edges);
             if !self.turns_over(&corners, place) {
-                joints.push(Joint { corners, edges, place });
+                merges.push(CornerMerge { corners, edges, place });
             }
         }
-        joints
+        merges
     }
 
     /// Corners by the corner they become, each group in ascending order: any two of a group may be joined. The nearest are joined

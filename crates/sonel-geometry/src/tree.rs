@@ -88,8 +88,8 @@ impl Tree {
         mut visit: impl FnMut(&Block<LEAF_LANES>) -> f64,
     ) {
         let mut limit = f32::INFINITY;
-        let mut stack = Stack::new();
-        let mut next = Some(Entry { child: 0, distance: 0.0 });
+        let mut stack = TraversalStack::new();
+        let mut next = Some(StackEntry { child: 0, distance: 0.0 });
         while let Some(entry) = next {
             if entry.distance > limit {
                 next = stack.pop();
@@ -108,7 +108,7 @@ impl Tree {
             while met != 0 {
                 let lane = met.trailing_zeros() as usize;
                 met &= met - 1;
-                let mut entry = Entry { child: node.children[lane], distance: near[lane] };
+                let mut entry = StackEntry { child: node.children[lane], distance: near[lane] };
                 match &mut next {
                     None => next = Some(entry),
                     Some(nearest) => {
@@ -130,8 +130,8 @@ impl Tree {
     pub(crate) fn any(&self, ray: &Probe, mut visit: impl FnMut(&Block<LEAF_LANES>) -> bool) -> bool {
         let slabs = Slabs::new(ray);
         let limit = round_up(1.0);
-        let mut stack = Stack::new();
-        let mut next = Some(Entry { child: 0, distance: 0.0 });
+        let mut stack = TraversalStack::new();
+        let mut next = Some(StackEntry { child: 0, distance: 0.0 });
         while let Some(entry) = next {
             if entry.child & LEAF != 0 {
                 if visit(&self.leaves[(entry.child & !LEAF) as usize]) {
@@ -146,7 +146,7 @@ impl Tree {
             while met != 0 {
                 let lane = met.trailing_zeros() as usize;
                 met &= met - 1;
-                if let Some(waits) = next.replace(Entry { child: node.children[lane], distance: 0.0 }) {
+                if let Some(waits) = next.replace(StackEntry { child: node.children[lane], distance: 0.0 }) {
                     stack.push(waits);
                 }
             }
@@ -238,17 +238,17 @@ impl Slabs {
 
 /// A subtree still to be visited.
 #[derive(Clone, Copy, Default)]
-struct Entry {
+struct StackEntry {
     child: u32,
     distance: f32,
 }
 
 /// Entries on the way: depth 9 with seven siblings waiting at each level, 8⁹ triangles in a balanced tree, without an allocation.
-type Stack = SmallVec<[Entry; 64]>;
+type TraversalStack = SmallVec<[StackEntry; 64]>;
 
 /// Inserts an entry below those nearer among the entries from place `first` on.
 #[inline(always)]
-fn insert_in_order(stack: &mut Stack, entry: Entry, first: usize) {
+fn insert_in_order(stack: &mut TraversalStack, entry: StackEntry, first: usize) {
     let farther = stack[first..].iter().rev().take_while(|waits| waits.distance < entry.distance).count();
     stack.insert(stack.len() - farther, entry);
 }
@@ -350,10 +350,10 @@ mod tests {
 
     #[test]
     fn the_stack_keeps_its_order_beyond_the_usual_depth() {
-        let mut stack = Stack::new();
+        let mut stack = TraversalStack::new();
         for round in 0..3 {
             for child in 0..200 {
-                stack.push(Entry { child, distance: 0.0 });
+                stack.push(StackEntry { child, distance: 0.0 });
             }
             for child in (round * 10..200).rev() {
                 assert_eq!(stack.pop().map(|entry| entry.child), Some(child));

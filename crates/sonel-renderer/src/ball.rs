@@ -36,7 +36,7 @@ const NEARBY: f64 = 16.0;
 
 /// Kind of a path for the ball that it crosses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Beam {
+pub(crate) enum BeamKind {
     /// Reflected diffusely.
     Diffused,
     /// Reflected specularly alone.
@@ -45,7 +45,7 @@ pub(crate) enum Beam {
     Refracted,
 }
 
-impl Beam {
+impl BeamKind {
     /// All kinds.
     pub(crate) const ALL: [Self; 3] = [Self::Diffused, Self::Mirrored, Self::Refracted];
 }
@@ -118,11 +118,11 @@ impl Balls {
     /// The ball for paths that have gone `length` [m].
     #[inline]
     #[must_use]
-    pub(crate) fn at(&self, length: f64, beam: Beam) -> &ReceiverSphere {
+    pub(crate) fn at(&self, length: f64, beam: BeamKind) -> &ReceiverSphere {
         let grown = |(_, from): &(f64, f64)| from * self.mean_free_path <= length;
         match (GROWTH.iter().rposition(grown).unwrap_or(0), beam) {
-            (0, Beam::Mirrored) => &self.mirrored,
-            (0, Beam::Refracted) => &self.refracted,
+            (0, BeamKind::Mirrored) => &self.mirrored,
+            (0, BeamKind::Refracted) => &self.refracted,
             (growth, _) => &self.balls[growth],
         }
     }

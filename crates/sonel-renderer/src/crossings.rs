@@ -9,7 +9,7 @@
 
 use sonel_map::{BandValues, Lanes, lanes_of};
 
-use crate::ball::Beam;
+use crate::ball::BeamKind;
 
 /// Packets that may be expected where none is seen: with more, one is seen in 19 of 20 runs.
 const MOST_UNSEEN: f64 = 3.0;
@@ -18,7 +18,7 @@ const MOST_UNSEEN: f64 = 3.0;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Crossings {
     lanes: usize,
-    kinds: [BeamCount; Beam::ALL.len()],
+    kinds: [BeamCount; BeamKind::ALL.len()],
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -39,7 +39,7 @@ impl Crossings {
         let nothing = |count: usize| vec![Lanes::ZERO; count * lanes];
         Self {
             lanes,
-            kinds: Beam::ALL.map(|_| BeamCount {
+            kinds: BeamKind::ALL.map(|_| BeamCount {
                 strongest: nothing(1),
                 nearby: nothing(receivers),
                 crossed: nothing(receivers),
@@ -56,14 +56,14 @@ impl Crossings {
 
     /// Counts a packet that carries `energy`, whether it crosses any ball or none.
     #[inline]
-    pub(crate) fn pass(&mut self, beam: Beam, energy: &[Lanes]) {
+    pub(crate) fn pass(&mut self, beam: BeamKind, energy: &[Lanes]) {
         raise(&mut self.kinds[beam as usize].strongest, energy, 1.0);
     }
 
     /// Counts one that may pass `receiver` nearby; whether it does is asked where it would matter.
     pub(crate) fn pass_near(
         &mut self,
-        beam: Beam,
+        beam: BeamKind,
         receiver: usize,
         energy: &[Lanes],
         is_near: impl FnOnce() -> bool,
@@ -77,7 +77,7 @@ impl Crossings {
     }
 
     /// Counts one that crosses the ball of `receiver`.
-    pub(crate) fn cross(&mut self, beam: Beam, receiver: usize, energy: &[Lanes]) {
+    pub(crate) fn cross(&mut self, beam: BeamKind, receiver: usize, energy: &[Lanes]) {
         self.kinds[beam as usize].crossed[receiver * self.lanes..][..self.lanes].add(energy);
     }
 
@@ -101,10 +101,10 @@ impl Crossings {
     /// The most that paths may bring to `receiver` of kinds of which none crossed its ball, per band, where one would bring on average
     /// `fluence` of what it carries [1/m²].
     #[must_use]
-    pub(crate) fn unseen(&self, receiver: usize, fluence: impl Fn(Beam) -> f64) -> Vec<Lanes> {
+    pub(crate) fn unseen(&self, receiver: usize, fluence: impl Fn(BeamKind) -> f64) -> Vec<Lanes> {
         let mut unseen = vec![Lanes::ZERO; self.lanes];
         let of_receiver = receiver * self.lanes..(receiver + 1) * self.lanes;
-        for (beam, BeamCount { strongest, nearby, crossed }) in Beam::ALL.into_iter().zip(&self.kinds) {
+        for (beam, BeamCount { strongest, nearby, crossed }) in BeamKind::ALL.into_iter().zip(&self.kinds) {
             let (nearby, crossed) = (&nearby[of_receiver.clone()], &crossed[of_receiver.clone()]);
             let most = MOST_UNSEEN * fluence(beam);
             for (at, unseen) in unseen.iter_mut().enumerate() {
@@ -132,16 +132,16 @@ mod tests {
     #[test]
     fn three_of_the_strongest_stand_for_what_no_receiver_saw() {
         let mut batch = Crossings::new(2, 2);
-        batch.pass(Beam::Refracted, &to_lanes([0.5, 0.1]));
-        batch.pass(Beam::Refracted, &to_lanes([0.2, 0.25]));
-        batch.cross(Beam::Refracted, 1, &to_lanes([0.2]));
+        batch.pass(BeamKind::Refracted, &to_lanes([0.5, 0.1]));
+        batch.pass(BeamKind::Refracted, &to_lanes([0.2, 0.25]));
+        batch.cross(BeamKind::Refracted, 1, &to_lanes([0.2]));
         let mut all = Crossings::new(3, 2);
         all.add(1, &batch, 0.25);
-        let fluence = |beam: Beam| if beam == Beam::Refracted { 2.0 } else { 1e9 };
+        let fluence = |beam: BeamKind| if beam == BeamKind::Refracted { 2.0 } else { 1e9 };
         assert_eq!(all.unseen(1, fluence), to_lanes([0.75, 0.375]));
         assert_eq!(all.unseen(2, fluence), to_lanes([0.0, 0.375]), "one crossed in the first band");
-        all.pass_near(Beam::Refracted, 1, &to_lanes([0.5]), || false);
-        all.pass_near(Beam::Refracted, 1, &to_lanes([0.0625]), || true);
+        all.pass_near(BeamKind::Refracted, 1, &to_lanes([0.5]), || false);
+        all.pass_near(BeamKind::Refracted, 1, &to_lanes([0.0625]), || true);
         assert_eq!(all.unseen(1, fluence), to_lanes([0.375, 0.375]), "one passed nearby");
     }
 }

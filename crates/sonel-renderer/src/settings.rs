@@ -119,11 +119,11 @@ impl RenderSettings {
     /// hall and an office half and twice as many take nearly the same time for an accuracy (docs/planning.md).
     #[must_use]
     pub fn rays(&self, emissions: u64) -> u32 {
-        let usual = match self.estimator {
+        let default = match self.estimator {
             Estimator::Paper => PAPER_RAYS,
             _ => emissions.div_ceil(PACKETS_PER_RAY).min(MOST_RAYS.into()) as u32,
         };
-        self.rays.unwrap_or(usual)
+        self.rays.unwrap_or(default)
     }
 
     /// Default settings of `estimator`.

@@ -6,7 +6,7 @@ use crate::study::forecast::{Effort, Pilot, Price, Width};
 use crate::study::plan::{Names, Plan, PlanRow};
 use crate::study::spread::{HalfWidth, NoWidth, PLANNED, ParameterPlace, Reading};
 use crate::study::target::Targets;
-use crate::study::until::{Verdict, Worst};
+use crate::study::until::{TargetCheck, Worst};
 use serde_json::{Value, json};
 use sonel_analysis::Parameter;
 use sonel_map::Settings;
@@ -34,11 +34,11 @@ pub fn trace_table(plan: &Plan) -> String {
             bytes(row.memory[0].max(row.memory[1])),
         );
     }
-    let usual = Effort::of_trace(Settings::default().emissions, plan.pilot.effort.batches);
-    let typical = |parameter: Parameter| Some((plan.pilot.typical(parameter, usual)?, parameter.heading().0));
+    let default = Effort::of_trace(Settings::default().emissions, plan.pilot.effort.batches);
+    let typical = |of: Parameter| Some((plan.pilot.typical(of, default)?, of.heading().0));
     if let Some((width, symbol)) = PLANNED.into_iter().filter_map(typical).max_by(|a, b| a.0.total_cmp(&b.0))
     {
-        let packets = count(usual.emissions);
+        let packets = count(default.emissions);
         let _ = writeln!(
             text,
             "without `packets` a run takes {packets}: half-widths of {symbol}, the widest, are {width:.2} JND (geometric mean)"
@@ -191,39 +191,39 @@ pub fn json(plan: &Plan) -> Value {
 }
 
 /// Findings of an iteration on `targets`, in a line, in the units of the targets.
-pub(crate) fn verdict(names: &Names, verdict: &Verdict, targets: &Targets) -> String {
+pub(crate) fn check_in_words(names: &Names, check: &TargetCheck, targets: &Targets) -> String {
     let of_worst = |worst: Worst| {
         let (limit, unit) = targets.written(worst.place.parameter)?;
         let (excess, name) = (worst.excess(), names.parameter(worst.place));
         Some(format!("{name} has a half-width of {:.4} {unit}, {excess:.2} times its limit", excess * limit))
     };
-    let worst = verdict.worst.and_then(of_worst);
+    let worst = check.worst.and_then(of_worst);
     let mut text = worst.unwrap_or_else(|| "no parameter has a limit".to_owned());
-    if let Some((place, reason)) = verdict.not_estimable.first() {
+    if let Some((place, reason)) = check.not_estimable.first() {
         let _ = write!(text, "; {} cannot be estimated: {reason}", names.parameter(*place));
-        if verdict.not_estimable.len() > 1 {
-            let _ = write!(text, ", and {} others", verdict.not_estimable.len() - 1);
+        if check.not_estimable.len() > 1 {
+            let _ = write!(text, ", and {} others", check.not_estimable.len() - 1);
         }
     }
     text
 }
 
 /// Whether `targets` were reached, in a word.
-pub(crate) fn reached(verdict: &Verdict) -> &'static str {
-    if verdict.is_reached() { "reached" } else { "NOT reached" }
+pub(crate) fn reached(check: &TargetCheck) -> &'static str {
+    if check.is_reached() { "reached" } else { "NOT reached" }
 }
 
 /// Findings of the last iteration on `targets`, as JSON.
-pub(crate) fn verdict_json(names: &Names, verdict: &Verdict, targets: &Targets) -> Value {
+pub(crate) fn check_json(names: &Names, check: &TargetCheck, targets: &Targets) -> Value {
     json!({
-        "reached": verdict.is_reached(),
-        "worst": verdict.worst.map(|worst| {
+        "reached": check.is_reached(),
+        "worst": check.worst.map(|worst| {
             let mut value = named(names, worst.place);
             value["half_width_jnd"] = json!(worst.half_width);
             value["limit_jnd"] = json!(worst.limit);
             value
         }),
-        "not_estimable": verdict.not_estimable.iter().map(|(place, reason)| refused(names, *place, reason)).collect::<Vec<_>>(),
+        "not_estimable": check.not_estimable.iter().map(|(place, reason)| refused(names, *place, reason)).collect::<Vec<_>>(),
         "targets": targets.to_string(),
     })
 }

@@ -5,12 +5,12 @@ use sonel_analysis::ReceiverParameters;
 
 use crate::Result;
 use crate::observer::Watch;
-use crate::plan::{overrun, reached, verdict, verdict_json};
+use crate::plan::{check_in_words, check_json, overrun, reached};
 use crate::study::forecast::Effort;
 use crate::study::plan::Names;
 use crate::study::spread::readings;
 use crate::study::target::Targets;
-use crate::study::until::Verdict;
+use crate::study::until::TargetCheck;
 
 /// Targets and limits.
 #[derive(Clone, Copy)]
@@ -58,7 +58,7 @@ pub(crate) struct Look<R> {
     /// All parameters.
     pub parameters: Vec<ReceiverParameters>,
     /// Findings on the targets.
-    pub found: Verdict,
+    pub found: TargetCheck,
 }
 
 /// Does `work` with the effort `first` and more; returns the last iteration and its report.
@@ -74,9 +74,9 @@ pub(crate) fn until<G: Growing>(
         let begin = watch.seconds().0;
         let (run, parameters) = work.run(effort, before.take())?;
         iterations += 1;
-        let found = Verdict::new(&readings(&parameters, &targets.parameters()), targets);
+        let found = TargetCheck::new(&readings(&parameters, &targets.parameters()), targets);
         let words = work.in_words(effort);
-        watch.info(&format!("{words}: {}", verdict(names, &found, targets)))?;
+        watch.info(&format!("{words}: {}", check_in_words(names, &found, targets)))?;
         let now = watch.seconds().0;
         let growth = seconds.map_or(f64::INFINITY, |end| (end - now) / (now - begin).max(1e-3));
         let look = Look { run, effort, parameters, found };
@@ -88,9 +88,9 @@ pub(crate) fn until<G: Growing>(
         let limit = if has_time { work.limit(&look) } else { " (time limit of `at_most`)" };
         watch.info(&format!("{} with {words}{limit}: {targets}", reached(&look.found)))?;
         overrun(seconds, now).iter().try_for_each(|sentence| watch.info(sentence))?;
-        let mut told = verdict_json(names, &look.found, targets);
-        told["rays"] = json!(effort.rays);
-        told["iterations"] = json!(iterations);
-        return Ok((look, told));
+        let mut report = check_json(names, &look.found, targets);
+        report["rays"] = json!(effort.rays);
+        report["iterations"] = json!(iterations);
+        return Ok((look, report));
     }
 }

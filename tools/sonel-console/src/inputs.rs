@@ -19,12 +19,12 @@ pub const OUTPUTS: [&str; 3] = ["output", "fix", "wav"];
 pub const REPLACEABLE: &str = "extend";
 
 /// Inputs that the command line of this process names; those that are files, as they were before they were read.
-static NAMED: OnceLock<Vec<(PathBuf, Option<State>)>> = OnceLock::new();
+static NAMED: OnceLock<Vec<(PathBuf, Option<FileStamp>)>> = OnceLock::new();
 
 /// Number of a file, its length [bytes] and the time of its last change.
-type State = (u64, u64, Option<SystemTime>);
+type FileStamp = (u64, u64, Option<SystemTime>);
 
-fn state(path: &Path) -> Option<State> {
+fn stamp(path: &Path) -> Option<FileStamp> {
     let metadata = path.metadata().ok().filter(Metadata::is_file)?;
     #[cfg(all(unix, not(sonel_portable)))]
     let number = std::os::unix::fs::MetadataExt::ino(&metadata);
@@ -39,9 +39,9 @@ fn state(path: &Path) -> Option<State> {
 /// # Errors
 /// Names the first that was.
 pub(crate) fn require_unchanged() -> anyhow::Result<()> {
-    let is_other = |before: State, now: State| now.0 == before.0 && now != before;
-    let was_written = |(path, before): &&(PathBuf, Option<State>)| {
-        before.zip(state(path)).is_some_and(|(before, now)| is_other(before, now))
+    let is_other = |before: FileStamp, now: FileStamp| now.0 == before.0 && now != before;
+    let was_written = |(path, before): &&(PathBuf, Option<FileStamp>)| {
+        before.zip(stamp(path)).is_some_and(|(before, now)| is_other(before, now))
     };
     match NAMED.get().and_then(|named| named.iter().find(was_written)) {
         Some((path, _)) => {
@@ -59,7 +59,7 @@ pub fn parse<P: Parser>() -> P {
         let misplaced = (printed.kind() == ErrorKind::ArgumentConflict).then(|| misplaced::<P>(&words));
         end(&misplaced.flatten().unwrap_or(printed))
     });
-    let named = named_by(&matches).into_iter().map(|path| (path.clone(), state(&path)));
+    let named = named_by(&matches).into_iter().map(|path| (path.clone(), stamp(&path)));
     NAMED.get_or_init(|| named.collect());
     P::from_arg_matches(&matches).unwrap_or_else(|error| end(&error.format(&mut P::command())))
 }

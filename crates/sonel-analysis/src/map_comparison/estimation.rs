@@ -6,7 +6,7 @@ use super::cell::CellStatistics;
 use super::counterparts::{BandGroup, Places};
 use super::incidence::{Incidence, Observer};
 use super::moments::Moments;
-use super::{Incomparable, Pairing};
+use super::{Incomparable, MapPairing};
 use crate::reading::Reading;
 
 /// Batches walked together along the file, which is read as many times less. Memory and speed alone depend on it.
@@ -19,7 +19,7 @@ pub(super) struct Frame<'a> {
     /// A and B.
     pub readings: [Reading<'a>; 2],
     /// Relation of their noise.
-    pub pairing: Pairing,
+    pub pairing: MapPairing,
     /// Whether an arrival after the same history weighs the same in both.
     pub alike: bool,
     /// Ends of the windows [s].
@@ -36,7 +36,7 @@ impl Frame<'_> {
         let observers = [0, 1].map(|side| self.observer(side, sources[side]));
         let shares = [batch_shares(&observers[0], 'A')?, batch_shares(&observers[1], 'B')?];
         // A source with another number has other random numbers.
-        let paired = self.pairing == Pairing::Batches && sources[0] == sources[1];
+        let paired = self.pairing == MapPairing::Batches && sources[0] == sources[1];
         let paired = paired.then(Moments::default);
         let mut cells = vec![CellStatistics { paired, ..CellStatistics::default() }; observers[0].cells()];
         let most = observers.each_ref().map(|observer| observer.reading.emissions.layout.batches);

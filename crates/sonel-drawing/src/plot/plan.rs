@@ -161,9 +161,9 @@ fn around(values: &[f64], value: f64) -> [f64; 2] {
     let index = values.partition_point(|other| *other < value - SAME);
     let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_unstable_by(f64::total_cmp);
-    let usual = steps.get(steps.len().saturating_sub(1) / 2).copied().unwrap_or_default();
+    let median = steps.get(steps.len().saturating_sub(1) / 2).copied().unwrap_or_default();
     let step = |index: usize| {
-        values.get(index + 1).zip(values.get(index)).map(|(next, this)| 0.5 * (next - this).min(usual))
+        values.get(index + 1).zip(values.get(index)).map(|(next, this)| 0.5 * (next - this).min(median))
     };
     let before = index.checked_sub(1).and_then(step);
     let after = step(index);

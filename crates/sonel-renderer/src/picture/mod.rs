@@ -62,13 +62,13 @@ pub struct WindowPicture {
 /// Sonels on the surfaces seen.
 #[derive(Default)]
 struct Arrivals {
-    sonels: Vec<SeenSonel>,
+    sonels: Vec<PicturedSonel>,
     /// Energy of each, per class of bands.
     energy: Vec<Lanes>,
 }
 
 /// A sonel on a surface that is seen.
-struct SeenSonel {
+struct PicturedSonel {
     place: u32,
     window: u32,
     /// In the plane of its surface [m].
@@ -138,7 +138,7 @@ impl Renderer<'_> {
                 let within = self.prepared.bins.bin(segment.end_length).filter(|_| is_seen[place as usize]);
                 let Some(window) = within.and_then(|_| windows.of(segment.end_length)) else { return };
                 let at = sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
-                found.sonels.push(SeenSonel { place, window, at });
+                found.sonels.push(PicturedSonel { place, window, at });
                 let first = found.energy.len();
                 found.energy.extend_from_slice(arriving);
                 self.prepared.carried_air.attenuate(segment.end_length, &mut found.energy[first..]);

@@ -20,10 +20,10 @@ use crate::regions::Fading;
 use crate::rendering::Rendering;
 use crate::stochastic::connection::{DiffuseSonel, connect, normal_on};
 use crate::stochastic::crossing::{AssignedClasses, WayPiece, cross, is_left_to_sphere};
-use crate::stochastic::estimate::{Arriving, BatchEstimate, Tile};
+use crate::stochastic::estimate::{Arriving, BatchEstimate, ReceiverTile};
 use crate::stochastic::gather::disc::place;
 use crate::stochastic::gather::near::NearSource;
-use crate::stochastic::gather::rays::{Found, GatherPoint, Observer};
+use crate::stochastic::gather::rays::{GatherHit, GatherPoint, Observer};
 use crate::stochastic::gather::{GatherIndex, cast};
 use crate::stochastic::kernel::coarse_bins;
 use crate::stochastic::medium::Medium;
@@ -36,7 +36,7 @@ pub const BATCHES_IN_FLIGHT: u32 = 8;
 /// Receivers that share a sweep, with their images.
 pub(crate) struct ReceiverGroup<'a> {
     /// The receivers.
-    pub tile: &'a Tile<'a>,
+    pub tile: &'a ReceiverTile<'a>,
     images: Vec<Option<ReceiverImages>>,
     others: AssignedClasses,
     /// For places next to receivers; none where no receiver has such places.
@@ -74,10 +74,10 @@ impl Renderer<'_> {
         receivers: &'b [PreparedReceiver],
         borders: &'b [Vec<f64>],
         range: Range<usize>,
-    ) -> Tile<'b> {
+    ) -> ReceiverTile<'b> {
         let (receivers, borders) = (&receivers[range.clone()], &borders[range.clone()]);
         let direct_length = |receiver| self.straight_length(source, receiver);
-        Tile {
+        ReceiverTile {
             first: range.start,
             receivers,
             borders,
@@ -92,7 +92,7 @@ impl Renderer<'_> {
         rendering: &mut Rendering,
         total: &mut Deposits,
         source: usize,
-        tile: &Tile<'_>,
+        tile: &ReceiverTile<'_>,
         batches: Range<u32>,
         progress: Progress<'_>,
     ) -> ControlFlow<()> {
@@ -107,7 +107,7 @@ impl Renderer<'_> {
         &self,
         rendering: &mut Rendering,
         total: &mut Deposits,
-        tile: &Tile<'_>,
+        tile: &ReceiverTile<'_>,
         batches: Range<u32>,
         fill: impl Fn(u32, &mut BatchEstimate<'_>) + Sync,
         progress: Progress<'_>,
@@ -135,7 +135,7 @@ impl Renderer<'_> {
     }
 
     /// Prepares the images of the receivers of `tile`.
-    fn group<'b>(&'b self, source: usize, tile: &'b Tile<'b>) -> ReceiverGroup<'b> {
+    fn group<'b>(&'b self, source: usize, tile: &'b ReceiverTile<'b>) -> ReceiverGroup<'b> {
         let receivers = tile.receivers;
         let Preparation { table, chains, settings, gather, .. } = &*self.prepared;
         let lattice = lattice_room(self.geometry, table);
@@ -193,8 +193,8 @@ impl Renderer<'_> {
             let sample = &self.survey(source).sample;
             let observer = Observer { number: number as u32, receiver, sample };
             cast(&medium, sheets, observer, settings, &mut stream, |found| match found {
-                Found::Disc(point) => points.push(point),
-                Found::Near(place) => {
+                GatherHit::Disc(point) => points.push(point),
+                GatherHit::Near(place) => {
                     let Some(source) = &group.source else { return };
                     let mut deposit = estimate.of(last_class(place.ray.is_seen_directly()), &medium);
                     source.connect(&place, number, receiver, scratch, &mut deposit);
@@ -342,7 +342,7 @@ impl Renderer<'_> {
         estimate.record_segment(segment, &medium, &mut scratch.energy);
         let is_exact = scratch.level.now.is_some() && segment.history.image_order().is_some();
         if !is_exact && is_left_to_sphere(segment.history, scratch.run.now, group.others) {
-            let Tile { receivers, direct_lengths, .. } = group.tile;
+            let ReceiverTile { receivers, direct_lengths, .. } = group.tile;
             let piece = WayPiece::of(segment);
             estimate.crossings.pass(piece.beam, segment.energy);
             let receivers = receivers.iter().zip(direct_lengths).enumerate();

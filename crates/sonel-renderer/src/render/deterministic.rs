@@ -20,7 +20,7 @@ use crate::rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
 /// 2625 arrivals instead of 377.
 const LISTED_ORDER: u32 = 6;
 
-/// The classes, as [`Part`] lists them.
+/// The classes, as [`ReceiverArrivals`] lists them.
 const CLASSES: [PathClass; 3] = [PathClass::Direct, PathClass::ImageSource, PathClass::Edge];
 
 /// Deterministic sound of a source, common to all receivers.
@@ -36,7 +36,7 @@ struct Emitted<'a> {
 }
 
 /// Deterministic arrivals at one receiver.
-struct Part<'a> {
+struct ReceiverArrivals<'a> {
     renderer: &'a Renderer<'a>,
     index: usize,
     /// Time borders of the batches [s].
@@ -55,7 +55,7 @@ struct Part<'a> {
     edge_work: Option<EdgeWork>,
 }
 
-impl<'a> Part<'a> {
+impl<'a> ReceiverArrivals<'a> {
     /// Nothing yet, at `receiver` number `index`.
     fn new(
         renderer: &'a Renderer<'a>,
@@ -128,7 +128,7 @@ impl Renderer<'_> {
         });
         let share = rendering.batches.len() as f64 / self.prepared.emissions.batches.len() as f64;
         let emitted = Emitted { air, radiator, image_sources, over_edges: images.as_ref(), share };
-        let parts: Vec<Part<'_>> = receivers
+        let parts: Vec<ReceiverArrivals<'_>> = receivers
             .par_iter()
             .zip(borders)
             .enumerate()
@@ -160,10 +160,10 @@ impl Renderer<'_> {
         receiver: &'b PreparedReceiver,
         borders: &'b [f64],
         others: &[f64],
-    ) -> Part<'b> {
+    ) -> ReceiverArrivals<'b> {
         let Emitted { air, radiator, image_sources, over_edges, share } = *emitted;
         let air = self.prepared.airs.air(air);
-        let mut part = Part::new(self, index, receiver, air, borders);
+        let mut part = ReceiverArrivals::new(self, index, receiver, air, borders);
         let at = ReceiverContext {
             geometry: self.geometry,
             table: &self.prepared.table,

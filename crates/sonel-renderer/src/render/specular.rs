@@ -22,14 +22,14 @@ use sonel_scene::refract;
 
 use super::batch::receiver_stream;
 use super::{BatchSums, Progress, Renderer};
-use crate::ball::{Beam, Chord, ReceiverSphere};
+use crate::ball::{BeamKind, Chord, ReceiverSphere};
 use crate::exact::direct::spread;
-use crate::exact::mirror::chain::{self, Ends, Mirror, Reflection};
+use crate::exact::mirror::chain::{self, Ends, Reflection, SurfaceSide};
 use crate::exact::mirror::{MirrorArrival, Radiator, lattice_room};
 use crate::path_class::PathClass;
 use crate::receiver::PreparedReceiver;
 use crate::stochastic::crossing::{WayPiece, cross};
-use crate::stochastic::estimate::{Arriving, BatchEstimate, Deposit, Tile};
+use crate::stochastic::estimate::{Arriving, BatchEstimate, Deposit, ReceiverTile};
 use crate::stochastic::gather::rays::LIGHT;
 
 /// Receivers that share rays: their echograms bound the memory.
@@ -108,7 +108,7 @@ impl Renderer<'_> {
         &self,
         (source, batch): (usize, u32),
         mirror_order: u32,
-        tile: &Tile<'_>,
+        tile: &ReceiverTile<'_>,
         is_varied: &[bool],
         estimate: &mut BatchEstimate<'_>,
     ) {
@@ -119,7 +119,7 @@ impl Renderer<'_> {
         let (mut scratch, medium) = ([nothing.clone(), nothing], self.medium());
         let mut stream = family.stream(u64::from(batch));
         self.follow_rays(source, mirror_order, &mut stream, |way, piece| {
-            estimate.crossings.pass(Beam::Mirrored, piece.energy);
+            estimate.crossings.pass(BeamKind::Mirrored, piece.energy);
             let deposit = &mut estimate.of(PathClass::LateSpecular, &medium);
             for (index, receiver) in tile.receivers.iter().enumerate() {
                 if is_varied[index] && way.is_early_at(receiver) {
@@ -155,7 +155,7 @@ impl Renderer<'_> {
             energy.fill(Lanes::ONE);
             radiator.towards(direction.as_dvec3()).weigh(&mut energy);
             energy.divide(f64::from(rays));
-            let mut usual = energy.largest();
+            let mut reference = energy.largest();
             let mut way = Way {
                 radiator,
                 origin: self.geometry.in_general_position(radiator.position, End::Source),
@@ -177,7 +177,7 @@ impl Renderer<'_> {
                         start_length: way.length,
                         energy: &energy,
                         fades_from: 0.0,
-                        beam: Beam::Mirrored,
+                        beam: BeamKind::Mirrored,
                     };
                     visit(&way, &piece);
                 }
@@ -188,9 +188,9 @@ impl Renderer<'_> {
                 }
                 // What a partition lets through is all that there is behind it.
                 if way.chain.len() == reflections {
-                    usual *= energy.largest() / before;
+                    reference *= energy.largest() / before;
                 }
-                let survival = energy.largest() / (LIGHT * usual);
+                let survival = energy.largest() / (LIGHT * reference);
                 if survival < 1.0 {
                     energy.divide(survival);
                     way.chance *= survival;
@@ -218,9 +218,9 @@ impl Renderer<'_> {
         let ball = receiver.balls.mirrored();
         if !ball.is_passed(piece.ends) {
             let is_near = || ball.is_passed_nearby(self.geometry, piece.ends);
-            return deposit.estimate.crossings.pass_near(Beam::Mirrored, index, piece.energy, is_near);
+            return deposit.estimate.crossings.pass_near(BeamKind::Mirrored, index, piece.energy, is_near);
         }
-        deposit.estimate.crossings.cross(Beam::Mirrored, index, piece.energy);
+        deposit.estimate.crossings.cross(BeamKind::Mirrored, index, piece.energy);
         let ends = Ends {
             radiator: way.radiator,
             origin: way.origin,
@@ -258,7 +258,7 @@ impl Renderer<'_> {
                 return true;
             }
             let Some(hit) = hit else { return false };
-            if mirrors.next_if_eq(&Mirror { surface: hit.surface, side: hit.side }).is_some() {
+            if mirrors.next_if_eq(&SurfaceSide { surface: hit.surface, side: hit.side }).is_some() {
                 direction = self.mirrored(direction, &hit);
                 departure = self.geometry.leave(hit.position, hit.surface, hit.side);
             } else if self.prepared.table.mean_row(hit.surface).is_partition {
@@ -303,7 +303,7 @@ impl Renderer<'_> {
         way.departure = self.geometry.leave(end, hit.surface, hit.side);
         let source = [way.origin, way.radiator.position];
         let images = way.chain.last().map_or(source, |last| [last.image, last.of_radiator]);
-        let mirror = Mirror { surface: hit.surface, side: hit.side };
+        let mirror = SurfaceSide { surface: hit.surface, side: hit.side };
         way.chain.push(Reflection::new(self.geometry, mirror, images));
         true
     }

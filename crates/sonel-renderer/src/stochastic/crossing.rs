@@ -7,7 +7,7 @@
 use glam::Vec3;
 use sonel_map::{BandValues, Lanes, Segment, SegmentHistory};
 
-use crate::ball::Beam;
+use crate::ball::BeamKind;
 use crate::receiver::PreparedReceiver;
 use crate::stochastic::estimate::{Arriving, Deposit};
 
@@ -51,7 +51,7 @@ pub(crate) struct WayPiece<'a> {
     /// Path length from which on the receiver's air has still to take its part, where the scene has several [m].
     pub fades_from: f64,
     /// Kind of the path for a ball.
-    pub beam: Beam,
+    pub beam: BeamKind,
 }
 
 impl<'a> WayPiece<'a> {
@@ -61,7 +61,7 @@ impl<'a> WayPiece<'a> {
         let ends = (segment.start, segment.end);
         let start_length = segment.start_length;
         let is_refracted = segment.history.interfaces > 0 && !segment.history.diffused;
-        let beam = if is_refracted { Beam::Refracted } else { Beam::Diffused };
+        let beam = if is_refracted { BeamKind::Refracted } else { BeamKind::Diffused };
         Self { ends, start_length, energy: segment.energy, fades_from: start_length, beam }
     }
 }
@@ -77,7 +77,7 @@ pub(crate) fn cross<'a>(
 ) {
     let medium = deposit.medium;
     // Others come from everywhere, and the strongest of them is near.
-    let is_beam = piece.beam != Beam::Diffused;
+    let is_beam = piece.beam != BeamKind::Diffused;
     for (index, receiver, direct_length) in receivers {
         let ball = receiver.balls.at(piece.start_length, piece.beam);
         let Some(chord) = ball.chord(medium.geometry, piece.ends) else {

@@ -12,7 +12,7 @@ use crate::rendering::{CoarseEchogram, Rendering};
 use crate::stochastic::medium::Medium;
 
 /// Receivers whose echograms are estimated together.
-pub(crate) struct Tile<'a> {
+pub(crate) struct ReceiverTile<'a> {
     /// Index of the first.
     pub first: usize,
     /// The receivers.
@@ -27,7 +27,7 @@ pub(crate) struct Tile<'a> {
 
 /// One batch's estimate: all its echograms, and the sums of its classes per receiver.
 pub(crate) struct BatchEstimate<'t> {
-    tile: &'t Tile<'t>,
+    tile: &'t ReceiverTile<'t>,
     deposits: Deposits,
     sums: [Vec<Lanes>; PathClass::ALL.len()],
     /// Packets that passed near the balls of the receivers.
@@ -40,7 +40,7 @@ pub(crate) struct BatchEstimate<'t> {
 }
 
 impl<'t> BatchEstimate<'t> {
-    pub(crate) fn new(tile: &'t Tile<'t>, bins: usize, bands: usize) -> Self {
+    pub(crate) fn new(tile: &'t ReceiverTile<'t>, bins: usize, bands: usize) -> Self {
         let axes = axes(tile.receivers);
         let Columns { fine, coarse } = axes.columns();
         Self {

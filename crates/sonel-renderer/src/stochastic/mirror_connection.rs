@@ -12,7 +12,7 @@ use sonel_map::{BandValues, CoefficientTable, Lanes};
 
 use crate::exact::mirror::chains::Chains;
 use crate::exact::mirror::lattice::ImageLattice;
-use crate::exact::mirror::{Image, lattice_room};
+use crate::exact::mirror::{LatticeImage, lattice_room};
 use crate::receiver::{PreparedReceiver, Sensitivity};
 use crate::stochastic::alias::AliasTable;
 use crate::stochastic::connection::DiffuseSonel;
@@ -30,7 +30,7 @@ pub(crate) struct ReceiverImages {
     /// [`PreparedReceiver::brightest`].
     brightest: f64,
     sensitivity: Sensitivity,
-    images: Vec<Image>,
+    images: Vec<LatticeImage>,
     /// 1 / P(image).
     inverse_probability: Vec<f64>,
     choice: AliasTable,
@@ -102,9 +102,9 @@ impl ReceiverImages {
 /// What images bring, up to a factor: its mirrors' energy times the solid angle under which the room is seen from
 /// it. A room of surface S looks from afar like a body of the mean projection S/4, and fills all directions from inside:
 /// S/4 / (D² + S/(16π)), D the distance of the image from the receiver.
-fn weights(geometry: &Geometry, images: &[Image], receiver: DVec3) -> Vec<f64> {
+fn weights(geometry: &Geometry, images: &[LatticeImage], receiver: DVec3) -> Vec<f64> {
     let inside = geometry.area() / (16.0 * core::f64::consts::PI);
-    let weight = |image: &Image| {
+    let weight = |image: &LatticeImage| {
         image.factor.values().sum::<f64>() / (image.position.distance_squared(receiver) + inside)
     };
     images.iter().map(weight).collect()

@@ -149,8 +149,8 @@ fn checked(attempt: Attempt) -> Checkup {
     let repairs = of_kind([NoteKind::Repair, NoteKind::RepairedFault]);
     // Holes are listed one by one.
     let leak = attempt.geometry.as_deref().map_or(String::new(), leak);
-    let told = |note: &String| !leak.is_empty() && note.ends_with(&leak);
-    faults.extend(of_kind([NoteKind::Fault, NoteKind::RepairedFault]).into_iter().filter(|note| !told(note)));
+    let is_leak = |note: &String| !leak.is_empty() && note.ends_with(&leak);
+    faults.extend(of_kind([NoteKind::Fault, NoteKind::RepairedFault]).into_iter().filter(|it| !is_leak(it)));
     let defaults = of_kind([NoteKind::Default; 2]);
     let mut notes = of_kind([NoteKind::Plain, NoteKind::Repair]);
     let traceable = attempt.geometry.filter(|_| attempt.problems.is_empty());

@@ -18,15 +18,15 @@ const KEYS: [&str; 5] =
     ["name", "inside", "temperature_celsius", "relative_humidity_percent", "speed_of_sound"];
 
 /// A material whose faces are interfaces, and where its table stands in the file.
-pub(crate) struct Interface {
+pub(crate) struct InterfaceMaterial {
     pub(crate) material: u32,
     pub(crate) at: usize,
     pub(crate) path: String,
 }
 
 /// The materials with `interface = true`, by their tables.
-pub(crate) fn interfaces(tables: &[Table<'_>]) -> Vec<Interface> {
-    let of_table = |(material, table): (u32, &Table<'_>)| Interface {
+pub(crate) fn interfaces(tables: &[Table<'_>]) -> Vec<InterfaceMaterial> {
+    let of_table = |(material, table): (u32, &Table<'_>)| InterfaceMaterial {
         material,
         at: table.at,
         path: table.path().to_owned(),
@@ -78,7 +78,7 @@ fn speed_and_density(scene: &AirChoice, air: Air, stated: Option<f64>) -> (f64, 
 /// Regions, interfaces and the airs at the sources; none where the scene has neither, or any of them is wrong.
 pub(crate) fn compile(
     regions: Vec<Placed<Region>>,
-    interfaces: &[Interface],
+    interfaces: &[InterfaceMaterial],
     sources: &[Placed<Source>],
     geometry: &Geometry,
     report: &Report,
@@ -99,12 +99,10 @@ pub(crate) fn compile(
     let interface_materials = interfaces.iter().map(|interface| interface.material).collect();
     let of_scene = regions.iter().map(|region| region.point.clone()).collect();
     let found = Media::find(geometry, of_scene, interface_materials, &sources);
-    found
-        .map_err(|faults| faults.into_iter().for_each(|it| report_fault(it, &regions, interfaces, report)))
-        .ok()
+    found.map_err(|faults| faults.into_iter().for_each(|it| explain(it, &regions, interfaces, report))).ok()
 }
 
-fn report_fault(fault: MediaFault, regions: &[Placed<Region>], interfaces: &[Interface], report: &Report) {
+fn explain(fault: MediaFault, regions: &[Placed<Region>], interfaces: &[InterfaceMaterial], report: &Report) {
     match fault {
         MediaFault::OneSpace { regions: [first, second] } => {
             let (first, second) = (&regions[first].point.name, &regions[second]);

@@ -17,29 +17,29 @@ use crate::quadrature::integrate;
 const ELEMENTS: f64 = 24.0;
 /// A complex number, (re, im).
 pub(super) type Number = (f64, f64);
-type Point = [f64; 2];
+type Point2 = [f64; 2];
 
 /// A section between two corners [m].
 #[derive(Debug, Clone, Copy)]
 pub struct Section {
     /// The corner with the smaller coordinates.
-    pub low: Point,
+    pub low: Point2,
     /// The other.
-    pub high: Point,
+    pub high: Point2,
 }
 
 /// A straight piece of the outline: its ends, and the normal into the air.
-struct Element {
-    ends: [Point; 2],
-    normal: Point,
+struct LineElement {
+    ends: [Point2; 2],
+    normal: Point2,
 }
 
 impl Section {
     /// Pressure at `receiver` of a line source at `source` at wave number `k` [1/m].
     #[must_use]
-    pub fn pressure(&self, source: Point, receiver: Point, k: f64) -> Number {
+    pub fn pressure(&self, source: Point2, receiver: Point2, k: f64) -> Number {
         let elements = self.elements(2.0 * PI / k / ELEMENTS);
-        let middles: Vec<Point> = elements.iter().map(|e| e.at(0.5)).collect();
+        let middles: Vec<Point2> = elements.iter().map(|e| e.at(0.5)).collect();
         let matrix = middles.iter().enumerate().map(|(i, &at)| {
             let row = elements.iter().enumerate().map(|(j, element)| {
                 // A straight element does not see itself.
@@ -53,7 +53,7 @@ impl Section {
         scattered.fold(free(source, receiver, k), |a, b| (a.0 + b.0, a.1 + b.1))
     }
 
-    fn elements(&self, length: f64) -> Vec<Element> {
+    fn elements(&self, length: f64) -> Vec<LineElement> {
         let ([x0, y0], [x1, y1]) = (self.low, self.high);
         let sides = [
             ([x0, y0], [x1, y0], [0.0, -1.0]),
@@ -65,19 +65,19 @@ impl Section {
         for (from, to, normal) in sides {
             let count = (distance(from, to) / length).ceil().max(4.0) as usize;
             let at = |share: usize| between(from, to, share as f64 / count as f64);
-            elements.extend((0..count).map(|i| Element { ends: [at(i), at(i + 1)], normal }));
+            elements.extend((0..count).map(|i| LineElement { ends: [at(i), at(i + 1)], normal }));
         }
         elements
     }
 }
 
-impl Element {
-    fn at(&self, share: f64) -> Point {
+impl LineElement {
+    fn at(&self, share: f64) -> Point2 {
         between(self.ends[0], self.ends[1], share)
     }
 
     /// ∫ ∂G/∂n over the element.
-    fn seen_from(&self, from: Point, k: f64) -> Number {
+    fn seen_from(&self, from: Point2, k: f64) -> Number {
         let height =
             (self.ends[0][0] - from[0]) * self.normal[0] + (self.ends[0][1] - from[1]) * self.normal[1];
         let length = distance(self.ends[0], self.ends[1]);
@@ -93,16 +93,16 @@ impl Element {
 }
 
 /// −jπ H₀⁽²⁾(kr).
-fn free(from: Point, to: Point, k: f64) -> Number {
+fn free(from: Point2, to: Point2, k: f64) -> Number {
     let x = k * distance(from, to);
     (-PI * libm::y0(x), -PI * libm::j0(x))
 }
 
-fn distance(a: Point, b: Point) -> f64 {
+fn distance(a: Point2, b: Point2) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-fn between(a: Point, b: Point, share: f64) -> Point {
+fn between(a: Point2, b: Point2, share: f64) -> Point2 {
     [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])]
 }
 

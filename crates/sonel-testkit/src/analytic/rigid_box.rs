@@ -15,28 +15,28 @@ use super::boundary_elements::{Number, product, solve};
 use crate::quadrature::integrate_rectangle;
 use crate::vector::distance;
 
-type Point = [f64; 3];
+type Point3 = [f64; 3];
 
 /// A box with one corner in the origin and its edges along the positive axes.
 #[derive(Debug, Clone, Copy)]
 pub struct RigidBox {
     /// Its edges [m].
-    pub size: Point,
+    pub size: Point3,
     /// Width of the elements [m], on average.
     pub elements: f64,
 }
 
 /// What a source at a wave number makes of a box.
 #[derive(Debug, Clone)]
-pub struct Scattered {
-    elements: Vec<Element>,
+pub struct ScatteredByBox {
+    elements: Vec<BoxElement>,
     /// Pressure on every element [1/m].
     pressures: Vec<Number>,
     k: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Element {
+struct BoxElement {
     /// The axis that its normal is on, where on that it is, and the normal's sign.
     axis: usize,
     at: f64,
@@ -49,9 +49,9 @@ struct Element {
 impl RigidBox {
     /// The field that the box adds to that of a source of free field e^(−jkr)/r at `source` [m], at wave number `k` [1/m].
     #[must_use]
-    pub fn scattered(&self, source: Point, k: f64) -> Scattered {
+    pub fn scattered(&self, source: Point3, k: f64) -> ScatteredByBox {
         let elements = self.elements();
-        let row = |(i, of): (usize, &Element)| {
+        let row = |(i, of): (usize, &BoxElement)| {
             let at = of.place([0, 1].map(|side| 0.5 * (of.low[side] + of.high[side])));
             let seen = elements.iter().enumerate().map(|(j, element)| {
                 // A plane does not see itself.
@@ -63,17 +63,17 @@ impl RigidBox {
         };
         let (matrix, incident) = elements.iter().enumerate().map(row).unzip();
         let pressures = solve(matrix, incident);
-        Scattered { elements, pressures, k }
+        ScatteredByBox { elements, pressures, k }
     }
 
-    fn elements(&self) -> Vec<Element> {
+    fn elements(&self) -> Vec<BoxElement> {
         let mut elements = Vec::new();
         for axis in 0..3 {
             let [y, z] = [1, 2].map(|next| self.borders((axis + next) % 3));
             for (at, sign) in [(0.0, -1.0), (self.size[axis], 1.0)] {
                 for y in y.windows(2) {
                     let sides = z.windows(2).map(|z| ([y[0], z[0]], [y[1], z[1]]));
-                    elements.extend(sides.map(|(low, high)| Element { axis, at, sign, low, high }));
+                    elements.extend(sides.map(|(low, high)| BoxElement { axis, at, sign, low, high }));
                 }
             }
         }
@@ -88,10 +88,10 @@ impl RigidBox {
     }
 }
 
-impl Scattered {
+impl ScatteredByBox {
     /// Pressure (re, im) at `receiver` [m], without that of the free field.
     #[must_use]
-    pub fn pressure(&self, receiver: Point) -> Number {
+    pub fn pressure(&self, receiver: Point3) -> Number {
         let parts = self.elements.iter().zip(&self.pressures);
         parts.fold((0.0, 0.0), |sum, (element, &pressure)| {
             let (re, im) = product(element.seen_from(receiver, self.k), pressure);
@@ -100,15 +100,15 @@ impl Scattered {
     }
 }
 
-impl Element {
-    fn place(&self, [y, z]: [f64; 2]) -> Point {
+impl BoxElement {
+    fn place(&self, [y, z]: [f64; 2]) -> Point3 {
         let mut place = [0.0; 3];
         (place[self.axis], place[(self.axis + 1) % 3], place[(self.axis + 2) % 3]) = (self.at, y, z);
         place
     }
 
     /// ∫ ∂G/∂n over the element.
-    fn seen_from(&self, from: Point, k: f64) -> Number {
+    fn seen_from(&self, from: Point3, k: f64) -> Number {
         let height = self.sign * (from[self.axis] - self.at);
         let part = |value: fn(f64) -> f64| {
             integrate_rectangle(self.low, self.high, |at| {

@@ -30,15 +30,15 @@ pub struct RigidSheet {
 
 /// What a source at a wave number makes of a sheet.
 #[derive(Debug, Clone)]
-pub struct Scattered {
-    elements: Vec<Element>,
+pub struct ScatteredBySheet {
+    elements: Vec<SheetElement>,
     /// μ of every element [1/m].
     jumps: Vec<Number>,
     k: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Element {
+struct SheetElement {
     low: [f64; 2],
     high: [f64; 2],
     /// Where the condition is held.
@@ -48,7 +48,7 @@ struct Element {
 impl RigidSheet {
     /// The field that the sheet adds to that of a source of free field e^(−jkr)/r at `source` [m], at wave number `k` [1/m].
     #[must_use]
-    pub fn scattered(&self, source: [f64; 3], k: f64) -> Scattered {
+    pub fn scattered(&self, source: [f64; 3], k: f64) -> ScatteredBySheet {
         let elements = self.elements();
         let places: Vec<[f64; 2]> = elements.iter().map(|e| e.collocated).collect();
         let row = |(i, &at): (usize, &[f64; 2])| {
@@ -63,16 +63,16 @@ impl RigidSheet {
             product((factor / r, factor * k), ((k * r).cos(), -(k * r).sin()))
         };
         let jumps = solve(matrix, places.iter().map(slope).collect());
-        Scattered { elements, jumps, k }
+        ScatteredBySheet { elements, jumps, k }
     }
 
-    fn elements(&self) -> Vec<Element> {
+    fn elements(&self) -> Vec<SheetElement> {
         let borders = |side: usize| {
             let ([low, high], count) = (self.sides[side], self.elements[side]);
             let at = move |share: f64| low + 0.5 * (high - low) * (1.0 - (PI * share / count as f64).cos());
             (0..count).map(|i| i as f64).map(move |i| [at(i), at(i + 0.5), at(i + 1.0)])
         };
-        let element = |y: [f64; 3], z: [f64; 3]| Element {
+        let element = |y: [f64; 3], z: [f64; 3]| SheetElement {
             low: [y[0], z[0]],
             collocated: [y[1], z[1]],
             high: [y[2], z[2]],
@@ -81,7 +81,7 @@ impl RigidSheet {
     }
 }
 
-impl Scattered {
+impl ScatteredBySheet {
     /// Pressure (re, im) at `receiver` [m], without that of the free field.
     #[must_use]
     pub fn pressure(&self, receiver: [f64; 3]) -> Number {
@@ -94,7 +94,7 @@ impl Scattered {
     }
 }
 
-impl Element {
+impl SheetElement {
     /// −(1/4π) ∮ e^(−jkr)/r dθ about `at`, less j `own`.
     fn around(&self, at: [f64; 2], k: f64, own: f64) -> Number {
         let [y, z] = at;

@@ -60,8 +60,8 @@ pub struct Rendered {
     seconds: [(f64, f64); 2],
     /// Prediction and achievement, where there was a plan.
     pub comparison: Option<crate::plan::Comparison>,
-    /// Further keys of the report.
-    told: Value,
+    /// Further fields of the report.
+    extra: Value,
 }
 
 /// The energy of a path class.
@@ -83,7 +83,7 @@ impl Rendered {
         let opened = self.seconds[0];
         report["timings"] =
             json!({ "open_wall_s": opened.0, "open_cpu_s": opened.1, "wall_s": wall, "cpu_s": cpu });
-        extend(&mut report, &self.told);
+        extend(&mut report, &self.extra);
         report["warnings"] = json!(self.warnings);
         if let Some(comparison) = &self.comparison {
             extend(&mut report, &comparison.json());
@@ -286,7 +286,8 @@ impl PreparedRendering<'_> {
     pub fn render(self, plan: Option<&Plan>, observer: &dyn Observer) -> Result<Rendered> {
         let watch = Watch(observer);
         let job = self.job(watch);
-        let (RenderedMap { mut response, effort, opened, seconds, .. }, told, is_reached) = self.run(&job)?;
+        let (RenderedMap { mut response, effort, opened, seconds, .. }, extra, is_reached) =
+            self.run(&job)?;
         let comparison =
             plan.map(|plan| planning::compare(plan, effort, &response, self.opened + seconds.total()));
         response.provenance.variant.clone_from(&self.options.variant);
@@ -302,7 +303,7 @@ impl PreparedRendering<'_> {
             seed: self.settings.seed.unwrap_or(header.settings.seed),
         };
         let (response, seconds) = (Response::of(response, surroundings), [opened, watch.seconds()]);
-        Ok(Rendered { response, classes, warnings, grid: self.grid, is_reached, seconds, comparison, told })
+        Ok(Rendered { response, classes, warnings, grid: self.grid, is_reached, seconds, comparison, extra })
     }
 
     /// Renders once, or until the targets are kept; with what the report states of it.
@@ -312,8 +313,8 @@ impl PreparedRendering<'_> {
         };
         let (most, seconds) = (self.options.rays.map(u64::from), self.options.at_most);
         let goal = Goal { targets, most, seconds, watch: job.watch };
-        let (rendered, told, is_reached) = until::until(job, &self.settings, &goal)?;
-        Ok((rendered, told, Some(is_reached)))
+        let (rendered, extra, is_reached) = until::until(job, &self.settings, &goal)?;
+        Ok((rendered, extra, Some(is_reached)))
     }
 }
 

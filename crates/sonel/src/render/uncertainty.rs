@@ -79,11 +79,11 @@ fn numbers_of(coefficients: &Coefficients) -> &[f64] {
 #[derive(Debug, Clone)]
 pub struct MaterialVariants {
     unchanged: Echograms,
-    variants: Vec<Variant>,
+    variants: Vec<MaterialVariant>,
 }
 
 #[derive(Debug, Clone)]
-struct Variant {
+struct MaterialVariant {
     material: String,
     /// Standard uncertainty of α per band.
     uncertainty: Vec<f64>,
@@ -121,9 +121,8 @@ impl MaterialVariants {
     /// `[{"material": …, "absorption": [per band]}]`: standard uncertainties, in the order of the changes of each value.
     #[must_use]
     pub fn json(&self) -> Value {
-        let of =
-            |variant: &Variant| json!({ "material": variant.material, "absorption": variant.uncertainty });
-        self.variants.iter().map(of).collect()
+        let row = |it: &MaterialVariant| json!({ "material": it.material, "absorption": it.uncertainty });
+        self.variants.iter().map(row).collect()
     }
 
     /// Uncertain materials, in the order of the changes of each value: name, and standard uncertainty of α per band.
@@ -194,7 +193,7 @@ impl Map {
         let whole =
             render_variants(&mut map, &geometry, &receivers, &settings, &changed, observer).at(label)?;
         let block = |index: usize| whole.of_bands(index * bands..(index + 1) * bands);
-        let variant = |(index, step): (usize, Step)| Variant {
+        let variant = |(index, step): (usize, Step)| MaterialVariant {
             material: materials[step.material].name.clone(),
             share: step.share,
             room: step.room(&materials[step.material]),

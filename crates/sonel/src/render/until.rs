@@ -12,7 +12,7 @@ use crate::study::forecast::{Effort, Need, Pilot};
 use crate::study::job::{Job, RenderedMap};
 use crate::study::plan::Names;
 use crate::study::target::Targets;
-use crate::study::until::{MARGIN, Verdict, WORTH_WHILE, grown};
+use crate::study::until::{MARGIN, TargetCheck, WORTH_WHILE, grown};
 use crate::until::{Goal, Growing, Look};
 
 /// Rays of the second iteration over those of the first: their share of the variance halves, which shows it.
@@ -23,7 +23,7 @@ const SECOND_LOOK: u32 = 2;
 const FIRST_BATCHES: u32 = 4;
 
 /// A map that is rendered with a part of its batches, then with all of them and more rays.
-struct Run<'a> {
+struct GrowingRendering<'a> {
     job: &'a Job<'a>,
     settings: &'a RenderSettings,
     targets: &'a Targets,
@@ -33,7 +33,7 @@ struct Run<'a> {
     before: Option<(u32, Vec<ReceiverParameters>)>,
 }
 
-impl Growing for Run<'_> {
+impl Growing for GrowingRendering<'_> {
     type Run = RenderedMap;
 
     fn run(
@@ -66,7 +66,7 @@ impl Growing for Run<'_> {
     }
 }
 
-impl Run<'_> {
+impl GrowingRendering<'_> {
     /// Batches of the map.
     fn all(&self) -> u32 {
         self.job.map.header().settings.batches
@@ -98,21 +98,21 @@ pub(super) fn until(
 ) -> Result<(RenderedMap, Value, bool)> {
     let Settings { emissions, batches, .. } = job.map.header().settings;
     let most = goal.most.map_or(MOST_RAYS, |most| most as u32);
-    let mut run = Run { job, settings, targets: goal.targets, most, before: None };
+    let mut run = GrowingRendering { job, settings, targets: goal.targets, most, before: None };
     let names = Names::of(&job.map.header().scene, job.receivers);
     let rays = RenderSettings::default().rays(emissions).min(most);
     let first = Effort { emissions, rays, batches: batches.div_ceil(FIRST_BATCHES) };
-    let (look, mut told) = crate::until::until(&mut run, first, &names, goal)?;
+    let (look, mut report) = crate::until::until(&mut run, first, &names, goal)?;
     let forecast = run.forecast(&look);
     forecast.advice(job.label.unwrap_or_default()).iter().try_for_each(|advice| goal.watch.info(advice))?;
-    told["batches"] = json!(look.effort.batches);
-    told["rays_wanted"] = json!(forecast.rays_wanted());
-    told["packets_wanted"] = json!(forecast.packets_wanted());
-    Ok((look.run, json!({ "until": told }), look.found.is_reached()))
+    report["batches"] = json!(look.effort.batches);
+    report["rays_wanted"] = json!(forecast.rays_wanted());
+    report["packets_wanted"] = json!(forecast.packets_wanted());
+    Ok((look.run, json!({ "until": report }), look.found.is_reached()))
 }
 
 /// Batches of a next iteration. Half-widths go with the root of their number; what cannot be read yet may need all of them.
-fn next_batches(batches: u32, all: u32, found: &Verdict) -> u32 {
+fn next_batches(batches: u32, all: u32, found: &TargetCheck) -> u32 {
     let needed = match found.worst {
         Some(worst) if found.not_estimable.is_empty() => {
             MARGIN * f64::from(batches) * worst.excess() * worst.excess()

@@ -208,8 +208,8 @@ impl<'a> Job<'a> {
             segments: sonels / effort.emissions.max(1) as f64,
         };
         // A segment of a ray beyond those by default costs as much as a sonel (classroom: 0.3 µs).
-        let usual = RenderSettings::default().rays(effort.emissions);
-        let of_rays = load.segments * f64::from(effort.rays.saturating_sub(usual));
+        let default = RenderSettings::default().rays(effort.emissions);
+        let of_rays = load.segments * f64::from(effort.rays.saturating_sub(default));
         Demand {
             cpu_seconds: SECONDS_PER_SONEL * (sonels + of_rays) * pairs,
             map_bytes: 0.0,

@@ -29,7 +29,7 @@ pub fn grown(count: u64, needed: f64) -> u64 {
 
 /// The parameters of an iteration against the targets.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Verdict {
+pub struct TargetCheck {
     /// The parameter farthest from its limit; none where nothing is limited.
     pub worst: Option<Worst>,
     /// Figures that are limited and cannot be read, with the reason.
@@ -55,29 +55,29 @@ impl Worst {
     }
 }
 
-impl Verdict {
+impl TargetCheck {
     /// Looks at `readings`.
     #[must_use]
     pub fn new(readings: &[Reading], targets: &Targets) -> Self {
-        let mut verdict = Self { worst: None, not_estimable: Vec::new() };
+        let mut check = Self { worst: None, not_estimable: Vec::new() };
         for reading in readings {
             let place = reading.place;
             match (&reading.half_width, targets.limit(place, reading.value)) {
-                (Err(reason), _) => verdict.not_estimable.push((place, reason.clone())),
+                (Err(reason), _) => check.not_estimable.push((place, reason.clone())),
                 (Ok(width), Some(limit)) => {
                     let found = Worst { place, half_width: width.total(), limit };
-                    if verdict.worst.is_none_or(|worst| worst.excess() < found.excess()) {
-                        verdict.worst = Some(found);
+                    if check.worst.is_none_or(|worst| worst.excess() < found.excess()) {
+                        check.worst = Some(found);
                     }
                 }
                 (Ok(width), None) if reading.value.is_none() => {
                     let noisy = Unsupported::Noisy { just_noticeable: width.noise };
-                    verdict.not_estimable.push((place, noisy.into()));
+                    check.not_estimable.push((place, noisy.into()));
                 }
                 (Ok(_), None) => {}
             }
         }
-        verdict
+        check
     }
 
     /// Whether every parameter that can be read keeps its limit.
@@ -120,12 +120,12 @@ mod tests {
             reading(Parameter::ClarityC80, 0.6),
             reading(Parameter::Level, 9.0),
         ];
-        let verdict = Verdict::new(&found, &targets);
-        let worst = verdict.worst.unwrap();
-        assert_eq!((worst.place.parameter, verdict.is_reached()), (Parameter::T30, false));
+        let check = TargetCheck::new(&found, &targets);
+        let worst = check.worst.unwrap();
+        assert_eq!((worst.place.parameter, check.is_reached()), (Parameter::T30, false));
         assert!((worst.excess() - 2.0).abs() < 1e-12);
-        assert!((4600..=4601).contains(&verdict.next(1000)));
-        let calm = Verdict::new(&[reading(Parameter::T30, 0.19)], &targets);
+        assert!((4600..=4601).contains(&check.next(1000)));
+        let calm = TargetCheck::new(&[reading(Parameter::T30, 0.19)], &targets);
         assert!(calm.is_reached());
     }
 
@@ -134,14 +134,14 @@ mod tests {
         let targets: Targets = "t30<1%".parse().unwrap();
         let mut found = reading(Parameter::T30, 0.1);
         found.half_width = Err(Unsupported::NoEnergy.into());
-        let verdict = Verdict::new(&[found], &targets);
-        assert!(verdict.is_inside() && !verdict.is_reached());
+        let check = TargetCheck::new(&[found], &targets);
+        assert!(check.is_inside() && !check.is_reached());
     }
 
     #[test]
     fn runs_grow_by_a_fifth_to_eightfold() {
         let targets: Targets = "t30<1jnd".parse().unwrap();
-        let next = |noise| Verdict::new(&[reading(Parameter::T30, noise)], &targets).next(1000);
+        let next = |noise| TargetCheck::new(&[reading(Parameter::T30, noise)], &targets).next(1000);
         assert_eq!([next(1.01), next(100.0)], [1200, 8000]);
     }
 }

@@ -46,8 +46,8 @@ pub struct Traced {
     pub is_reached: Option<bool>,
     /// Seconds by the observer's clock at the end: on the wall, and of the processor.
     pub seconds: (f64, f64),
-    /// Further keys of the report.
-    told: Value,
+    /// Further fields of the report.
+    extra: Value,
 }
 
 impl Traced {
@@ -149,14 +149,14 @@ impl PreparedTrace<'_> {
             let emissions = settings.emissions as f64 / f64::from(shard.count);
             planner.check_feasible(emissions, [self.options.memory, time], watch)?;
         }
-        let Finished { traced, told, is_reached } = self.run(&planner, plan, store, watch)?;
+        let Finished { traced, extra, is_reached } = self.run(&planner, plan, store, watch)?;
         let TracedMap { map, ledger, .. } = traced;
         let seconds = watch.seconds();
         drop(planner);
         let map = Map::within(map, "the map".to_owned(), self.geometry);
         warn_of_empty_batches(&self.header.settings, watch)?;
         check(&ledger)?;
-        Ok(Traced { map, ledger, decisions: self.decisions, is_reached, seconds, told })
+        Ok(Traced { map, ledger, decisions: self.decisions, is_reached, seconds, extra })
     }
 
     fn run(
@@ -174,21 +174,21 @@ impl PreparedTrace<'_> {
         }
         let before = watch.seconds().1;
         let traced = trace(&self.header, &self.geometry, beginning, store, watch.0)?;
-        let mut told = json!({});
+        let mut extra = json!({});
         let seconds = watch.seconds().1 - before;
         if let Some(plan) = plan.filter(|_| self.options.shard.is_none()) {
             let comparison = until::compare_planned(planner, &plan.pilot, &traced.map, seconds, watch)?;
             watch.info(&comparison.line())?;
-            extend(&mut told, &comparison.json());
+            extend(&mut extra, &comparison.json());
         }
-        Ok(Finished { traced, told, is_reached: None })
+        Ok(Finished { traced, extra, is_reached: None })
     }
 }
 
-/// A run and what is told of it.
+/// A run and further fields of its report.
 struct Finished {
     traced: TracedMap,
-    told: Value,
+    extra: Value,
     /// Whether targets were reached; none without.
     is_reached: Option<bool>,
 }

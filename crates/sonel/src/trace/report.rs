@@ -45,7 +45,7 @@ impl Traced {
             "ledger": balances_json(&self.ledger, scene.bands.nominal(), scene.sources.len()),
             "effects": effects_json(self.header(), &self.decisions),
         });
-        extend(&mut report, &self.told);
+        extend(&mut report, &self.extra);
         report
     }
 }

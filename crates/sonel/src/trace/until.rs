@@ -15,7 +15,7 @@ use crate::study::pipeline::{MapStore, TracedMap, trace};
 use crate::study::plan::Names;
 use crate::study::spread::{PLANNED, readings};
 use crate::study::target::Targets;
-use crate::study::until::{Verdict, WORTH_WHILE};
+use crate::study::until::{TargetCheck, WORTH_WHILE};
 use crate::trace::Finished;
 use crate::trace::planner::Planner;
 use crate::until::{Goal, Growing, Look};
@@ -30,7 +30,7 @@ const FIRST: u64 = 2048;
 const RESERVE: f64 = 0.6;
 
 /// A run that goes on from the packets of the iteration before.
-struct Run<'a, S> {
+struct GrowingTrace<'a, S> {
     planner: &'a Planner<'a>,
     receivers: Vec<ReceiverPoint>,
     targets: &'a Targets,
@@ -42,7 +42,7 @@ struct Run<'a, S> {
     most: Option<u64>,
 }
 
-impl<S: MapStore> Growing for Run<'_, S> {
+impl<S: MapStore> Growing for GrowingTrace<'_, S> {
     type Run = TracedMap;
 
     fn run(
@@ -96,19 +96,19 @@ pub(super) fn until(
     let few = FIRST.max(LEAST_PER_BATCH * u64::from(batches)).min(goal.most.unwrap_or(u64::MAX));
     let first = beginning.map_or(few, |map| map.header().settings.emissions);
     let Goal { targets, most, watch, .. } = *goal;
-    let mut run = Run { planner, receivers, targets, header, beginning, store, watch, most };
-    let (look, mut told) = crate::until::until(&mut run, Effort::of_trace(first, batches), &names, goal)?;
-    told["packets"] = json!(look.effort.emissions);
+    let mut run = GrowingTrace { planner, receivers, targets, header, beginning, store, watch, most };
+    let (look, mut report) = crate::until::until(&mut run, Effort::of_trace(first, batches), &names, goal)?;
+    report["packets"] = json!(look.effort.emissions);
     let is_reached = Some(look.found.is_reached());
-    Ok(Finished { traced: look.run, told: json!({ "until": told }), is_reached })
+    Ok(Finished { traced: look.run, extra: json!({ "until": report }), is_reached })
 }
 
 /// Number of packets of the next iteration, if there is one: worth while, or the last up to `most`.
-fn next_number(verdict: &Verdict, emissions: u64, most: u64, affordable: u64) -> Option<u64> {
-    let next = verdict.next(emissions).min(most).min(affordable);
+fn next_number(check: &TargetCheck, emissions: u64, most: u64, affordable: u64) -> Option<u64> {
+    let next = check.next(emissions).min(most).min(affordable);
     let is_last = next == most && next > emissions;
     let is_worth_while = next as f64 >= WORTH_WHILE * emissions as f64;
-    (!verdict.is_inside() && (is_worth_while || is_last)).then_some(next)
+    (!check.is_inside() && (is_worth_while || is_last)).then_some(next)
 }
 
 /// Looks at a finished run that was planned; `seconds` are what the trace took of the processor.

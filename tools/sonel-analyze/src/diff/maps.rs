@@ -6,7 +6,7 @@ use std::io::Write;
 use anyhow::Context;
 use serde_json::{Value, json};
 use sonel::analysis::map_comparison::{
-    ArrivalPlace, CellDifference, MapComparison, Pairing, PlaceKind, Tier, Traced, changes, compare,
+    ArrivalPlace, CellDifference, MapComparison, MapPairing, PlaceKind, Tier, Traced, changes, compare,
 };
 use sonel::map::Difference;
 use sonel_console::Outcome;
@@ -187,13 +187,13 @@ fn detectable_db(tier: &Tier) -> Option<f64> {
     levels.get(levels.len() / 2).copied()
 }
 
-fn pairing(pairing: Pairing) -> &'static str {
+fn pairing(pairing: MapPairing) -> &'static str {
     match pairing {
-        Pairing::Batches => "same random numbers, compared batch by batch",
-        Pairing::SameSeed => {
+        MapPairing::Batches => "same random numbers, compared batch by batch",
+        MapPairing::SameSeed => {
             "same seed but different numbering of emissions: treated as independent, small differences may go undetected"
         }
-        Pairing::Independent => "independent runs",
+        MapPairing::Independent => "independent runs",
     }
 }
 

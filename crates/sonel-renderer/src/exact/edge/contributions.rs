@@ -101,7 +101,7 @@ pub(super) struct Search<'a> {
 }
 
 /// An image of the source with one of the receiver.
-struct Ends<'a> {
+struct ImagePair<'a> {
     images: [&'a Image; 2],
     /// ∏ (1−α)(1−s) of the mirrors of both times the source's largest directivity factor, per band.
     factor: Vec<f64>,
@@ -192,7 +192,7 @@ impl Search<'_> {
     fn over(
         &self,
         joined: &Joined,
-        ends: &Ends<'_>,
+        ends: &ImagePair<'_>,
         [from, to]: [usize; 2],
         mut visit: impl FnMut(Over, [usize; 2]),
     ) {
@@ -222,7 +222,7 @@ impl Search<'_> {
         }
     }
 
-    fn ends<'a>(&self, source: &'a Image, receiver: &'a Image, joined: &'a Joined) -> Option<Ends<'a>> {
+    fn ends<'a>(&self, source: &'a Image, receiver: &'a Image, joined: &'a Joined) -> Option<ImagePair<'a>> {
         let radiator = &self.at.radiator;
         let factors = source.factor.iter().zip(&receiver.factor).enumerate();
         let factor: Vec<f64> =
@@ -231,14 +231,14 @@ impl Search<'_> {
             return None;
         }
         let straight = source.position.distance(joined.image(receiver.position));
-        Some(Ends { images: [source, receiver], factor, straight, joined })
+        Some(ImagePair { images: [source, receiver], factor, straight, joined })
     }
 
     /// Upper bounds of what a contribution adds per band by itself [1/m²], and by interference with an amplitude of 1 [1/m]: a quarter of the
     /// energy at Fresnel number 0, 1/(20 N) far from it, as behind a barrier [ISO9613-2].
     fn bounds<'a>(
         &'a self,
-        ends: &'a Ends<'_>,
+        ends: &'a ImagePair<'_>,
         edges: [&'a RoomEdge; 2],
         is_pair: bool,
     ) -> impl Iterator<Item = f64> + 'a {
@@ -337,7 +337,7 @@ impl Ranked {
 }
 
 /// Whether both ends see an edge from outside its solid.
-fn lies_off(edge: &RoomEdge, ends: &Ends<'_>) -> bool {
+fn lies_off(edge: &RoomEdge, ends: &ImagePair<'_>) -> bool {
     ends.images
         .iter()
         .all(|image| edge.faces.iter().any(|face| face.height(image.displaced) > 0.0) || edge.wedge.is_rim())

@@ -97,7 +97,7 @@ pub(super) struct FaceSide {
 }
 
 /// Waves of one length over one edge or two.
-pub(super) struct Part {
+pub(super) struct FieldPart {
     pub route: Arc<Route>,
     /// The length with which the amplitudes rotate [m].
     pub length: f64,
@@ -136,7 +136,7 @@ pub(super) struct Field<'a> {
     /// Places of the visible waves over walls and bodies.
     seen: HashMap<Vec<PlaneId>, Vec<ImagePlace>>,
     same_place: f64,
-    parts: Vec<Part>,
+    parts: Vec<FieldPart>,
 }
 
 impl<'a> Field<'a> {
@@ -244,7 +244,7 @@ impl<'a> Field<'a> {
     }
 
     /// Adds waves over edges.
-    pub(super) fn add(&mut self, part: Part) {
+    pub(super) fn add(&mut self, part: FieldPart) {
         self.parts.push(part);
     }
 
@@ -262,8 +262,8 @@ impl<'a> Field<'a> {
     }
 
     /// Gives the waves of a part to the groups that they belong to.
-    fn share_out(&mut self, part: Part) {
-        let Part { route, length, sides, mut waves } = part;
+    fn share_out(&mut self, part: FieldPart) {
+        let FieldPart { route, length, sides, mut waves } = part;
         let columns = waves.len() / WAVES;
         for (edge, sides) in sides.iter().enumerate() {
             for (face, side) in (1..).zip(sides) {

@@ -14,7 +14,7 @@ use sonel_map::BandValues;
 use super::bodies::WALL;
 use super::contributions::{Contribution, Over, both};
 use super::faces::Pair;
-use super::field::{FaceSide, Field, ImagePlace, Part, Route, Sides};
+use super::field::{FaceSide, Field, FieldPart, ImagePlace, Route, Sides};
 use super::images::{Image, Images, Passed, specular};
 use super::mirror::Mirror;
 use super::{OFF_EDGE, ReceiverContext, RoomEdge};
@@ -102,7 +102,7 @@ impl<'a> Waves<'a> {
             }
             for (length, waves) in pieces {
                 let waves = groups.iter().copied().zip(waves).collect();
-                self.field.add(Part { route: route.clone(), length, sides: sides.clone(), waves });
+                self.field.add(FieldPart { route: route.clone(), length, sides: sides.clone(), waves });
             }
         }
     }

@@ -18,7 +18,7 @@ const DEPTH: f64 = 2.0;
 
 /// A surface seen from one side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) struct Mirror {
+pub(crate) struct SurfaceSide {
     pub surface: SurfaceId,
     pub side: Side,
 }
@@ -26,7 +26,7 @@ pub(crate) struct Mirror {
 /// A reflection of a chain.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Reflection {
-    pub mirror: Mirror,
+    pub mirror: SurfaceSide,
     /// Image of the displaced source in this mirror and those before it.
     pub image: DVec3,
     /// Image of the source itself.
@@ -43,7 +43,7 @@ pub(crate) struct Ends<'a> {
     pub displaced: DVec3,
 }
 
-impl Mirror {
+impl SurfaceSide {
     /// Signed distance of `point` (about the scene's centre) above the mirror's plane, positive on its side [m].
     #[must_use]
     pub(crate) fn height(self, geometry: &Geometry, point: DVec3) -> f64 {
@@ -61,7 +61,7 @@ impl Mirror {
 impl Reflection {
     /// The reflection at `mirror` behind those that have these images of the displaced source and of the source itself.
     #[must_use]
-    pub(crate) fn new(geometry: &Geometry, mirror: Mirror, images: [DVec3; 2]) -> Self {
+    pub(crate) fn new(geometry: &Geometry, mirror: SurfaceSide, images: [DVec3; 2]) -> Self {
         let [image, of_radiator] = images.map(|image| mirror.reflected(geometry, image));
         Self { mirror, image, of_radiator }
     }
@@ -138,7 +138,7 @@ pub(crate) fn arrive<'f>(
 /// Sets `factor` to ∏ (1−α)(1−s), R at interfaces, along `chain` for sound that reaches its last mirror from `towards`, seen from the receiver.
 fn reflect(table: &CoefficientTable, chain: &[&Reflection], mut towards: DVec3, factor: &mut [Lanes]) {
     factor.fill(Lanes::ONE);
-    for Reflection { mirror: Mirror { surface, side }, .. } in chain {
+    for Reflection { mirror: SurfaceSide { surface, side }, .. } in chain {
         let normal = table.normal(*surface);
         match table.propagation().interface(*surface, *side) {
             Some(interface) => {

@@ -5,7 +5,7 @@ use sonel_geometry::{Geometry, Shoebox};
 use sonel_map::{BandValues, CoefficientTable, Lanes, lanes_of};
 
 use super::chains::Chains;
-use super::{Image, MirrorArrival, Radiator};
+use super::{LatticeImage, MirrorArrival, Radiator};
 
 /// Images along the three axes; the image (i, j, k) is their combination.
 #[derive(Debug)]
@@ -59,7 +59,7 @@ impl ImageLattice {
 
     /// All images with their ∏ (1−α)(1−s).
     #[must_use]
-    pub(crate) fn images(&self) -> Vec<Image> {
+    pub(crate) fn images(&self) -> Vec<LatticeImage> {
         let [xs, ys, zs] = &self.axes;
         let mut images = Vec::new();
         for (x, y) in xs.iter().flat_map(|x| ys.iter().map(move |y| (x, y))) {
@@ -71,7 +71,7 @@ impl ImageLattice {
                 let mut factor = x.factor.clone();
                 factor.multiply(&y.factor);
                 factor.multiply(&z.factor);
-                images.push(Image {
+                images.push(LatticeImage {
                     position: DVec3::new(x.coordinate, y.coordinate, z.coordinate),
                     signs: DVec3::new(x.sign, y.sign, z.sign),
                     factor,

@@ -52,7 +52,7 @@ pub(crate) struct MirrorArrival<'a> {
 
 /// One image of the origin of a set of image sources.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Image {
+pub(crate) struct LatticeImage {
     /// Position relative to the scene's centre [m].
     pub position: DVec3,
     /// −1 for each axis along which the image is inverted.

@@ -11,7 +11,7 @@ use sonel_geometry::{Crossed, End, Geometry, PlaneId, Side, SurfaceId};
 use sonel_map::{BandValues, CoefficientTable, Lanes, lanes_of};
 
 use super::beam::{Beam, Polygon, outline};
-use super::chain::{self, Ends, Mirror, Reflection};
+use super::chain::{self, Ends, Reflection, SurfaceSide};
 use super::{MirrorArrival, Radiator};
 
 /// No chain is longer, however few the surfaces.
@@ -88,7 +88,7 @@ struct Node {
 /// A mirror with its outline.
 #[derive(Debug, PartialEq)]
 struct Facet {
-    mirror: Mirror,
+    mirror: SurfaceSide,
     plane: PlaneId,
     /// Convex polygon about the surface, about the scene's centre [m].
     outline: Vec<DVec3>,
@@ -271,7 +271,7 @@ fn facets(geometry: &Geometry, table: &CoefficientTable) -> Vec<Facet> {
         let radius = outline.iter().map(|corner| corner.distance(centre)).fold(0.0, f64::max);
         let sides = if surface.closed { &[Side::Front][..] } else { &[Side::Front, Side::Back] };
         for &side in sides {
-            let mirror = Mirror { surface: id, side };
+            let mirror = SurfaceSide { surface: id, side };
             facets.push(Facet { mirror, plane: surface.plane, outline: outline.clone(), centre, radius });
         }
     }

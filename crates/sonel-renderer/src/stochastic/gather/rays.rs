@@ -76,7 +76,7 @@ pub(crate) struct NearPlace<'a> {
 }
 
 /// Finding of a visibility ray.
-pub(crate) enum Found<'a> {
+pub(crate) enum GatherHit<'a> {
     /// A disc that gathers.
     Disc(GatherPoint),
     /// A place to be connected with the source.
@@ -101,7 +101,7 @@ pub(crate) fn cast(
     observer: Observer<'_>,
     settings: &GatherSettings,
     stream: &mut Stream,
-    mut found: impl FnMut(Found<'_>),
+    mut found: impl FnMut(GatherHit<'_>),
 ) {
     let mut points = || ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
     let (directions, onward, choices) = (points(), points(), points());
@@ -121,7 +121,7 @@ pub(crate) fn cast(
                 if share > 0.0 {
                     let sheet = &sheets[hit.surface.0 as usize];
                     let disc = sheet.disc(medium.geometry, &hit, observer.receiver.disc_radius);
-                    found(Found::Disc(GatherPoint {
+                    found(GatherHit::Disc(GatherPoint {
                         receiver: observer.number,
                         length: ray.length - ray.at.distance(hit.position.as_dvec3()),
                         start: ray.at,
@@ -138,7 +138,7 @@ pub(crate) fn cast(
             if followed > 0.0 {
                 let on = ray.followed(medium, &hit, normal, &row.diffuse.energy, followed);
                 let (surface, choice) = (hit.surface, f64::from(choices.point(near_places)[0]));
-                found(Found::Near(NearPlace { ray: &on, surface, normal, choice }));
+                found(GatherHit::Near(NearPlace { ray: &on, surface, normal, choice }));
                 let point = if ray.is_scattered { stream.uniform_pair() } else { onward.point(near_places) };
                 let on = on.scattered(normal, point).met_at_its_angle(medium.table, hit.surface);
                 rays.extend(on.balanced(stream));
@@ -163,7 +163,7 @@ pub(crate) struct Ray {
     /// Per band.
     pub throughput: Weight,
     /// Weight in the strongest band at its start, less the losses in partitions on the way.
-    usual: f64,
+    reference_weight: f64,
     /// Path length so far [m].
     pub length: f64,
     /// Cost of the mirrors met before the first diffuse reflection.
@@ -181,15 +181,15 @@ impl Ray {
         table: &CoefficientTable,
     ) -> Self {
         let (direction, density) = receiver.directions.sample(point);
-        let usual = 4.0 / (f64::from(settings.rays) * density);
-        let weight = usual * receiver.sensitivity.to(direction.as_dvec3());
+        let reference_weight = 4.0 / (f64::from(settings.rays) * density);
+        let weight = reference_weight * receiver.sensitivity.to(direction.as_dvec3());
         Self {
             departure: Departure::free(receiver.position),
             direction,
             towards: direction,
             at: receiver.exact,
             throughput: smallvec![Lanes::splat(weight); sonel_map::lanes_of(table.bands())],
-            usual,
+            reference_weight,
             length: 0.0,
             run: 0,
             is_scattered: false,
@@ -231,7 +231,7 @@ impl Ray {
 
     /// The ray as it is; several that carry less each, where it carries much more than when it left; by roulette, where it carries little.
     fn balanced(mut self, stream: &mut Stream) -> impl Iterator<Item = Self> + use<> {
-        let weight = self.weight() / self.usual;
+        let weight = self.weight() / self.reference_weight;
         let parts = if weight > HEAVY { libm::ceil(weight / HEAVY) } else { (weight / LIGHT).min(1.0) };
         let copies = copies(parts, stream);
         if copies > 0 {
@@ -310,7 +310,7 @@ impl Ray {
         let passes = stream.uniform_fine() < through;
         let chance = if passes { through } else { 1.0 - through };
         self.throughput.divide(chance);
-        self.usual /= chance;
+        self.reference_weight /= chance;
         passes
     }
 
@@ -319,7 +319,7 @@ impl Ray {
         let passage = medium.geometry.pass(hit)?;
         let before = self.weight();
         self.throughput.multiply(&row.transmitted.energy);
-        self.usual *= self.weight() / before;
+        self.reference_weight *= self.weight() / before;
         self.departure = passage.departure;
         self.at = hit.position.as_dvec3() + passage.shift;
         self.length += passage.thickness();
