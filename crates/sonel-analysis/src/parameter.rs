@@ -187,6 +187,12 @@ impl Parameter {
         self.is_noticed_relatively() || self == Self::CenterTime
     }
 
+    /// Whether it is a ratio of early to late energy in decibels.
+    #[must_use]
+    pub fn is_clarity(self) -> bool {
+        matches!(self, Self::ClarityC50 | Self::ClarityC80)
+    }
+
     /// Its symbol and unit as the head of a column, and the factor from its own unit to that one.
     #[must_use]
     pub fn heading(self) -> (&'static str, &'static str, f64) {
@@ -241,10 +247,7 @@ impl Values {
             Parameter::Level | Parameter::Strength => self.level(parameter),
             Parameter::ClarityC50 => clarity(self.curve()?, 0.050),
             Parameter::ClarityC80 => clarity(self.curve()?, 0.080),
-            Parameter::DefinitionD50 => {
-                let curve = self.curve()?;
-                Ok(1.0 - late(curve, 0.050)? / curve.total())
-            }
+            Parameter::DefinitionD50 => Ok(1.0 - late(self.curve()?, 0.050)? / self.curve()?.total()),
             Parameter::CenterTime => center_time(self.curve()?),
             _ => Ok(self.line(parameter).unwrap_or(Err(Unsupported::NotAsked))?.time),
         }

@@ -39,6 +39,7 @@ pub use balloon_file::{is_balloon_file, load_balloon};
 pub use defaults::folded;
 pub use draft::{Draft, DraftOptions, Purpose, draft, draft_shoebox};
 pub use effect::Effect;
+pub use formats::{MESH_FORMATS, is_mesh};
 pub use load::{
     Document, Loaded, load, load_materials, load_receivers, read_material, read_variants, reload,
 };

@@ -58,8 +58,8 @@ pub mod geometry {
 /// Scenes as files state them: drafts, checkups, the library of materials, and the compiled scene that a map carries.
 pub mod scenes {
     pub use sonel_scene::{
-        Draft, DraftOptions, Purpose, Region, Scene as CompiledScene, SceneErrors, checkup, draft,
-        draft_shoebox, folded, library, load_materials, load_receivers, shell_word,
+        Draft, DraftOptions, MESH_FORMATS, Purpose, Region, Scene as CompiledScene, SceneErrors, checkup,
+        draft, draft_shoebox, folded, is_mesh, library, load_materials, load_receivers, shell_word,
     };
 }
 /// Settings of a rendering, and pictures of energy on surfaces.

@@ -11,6 +11,7 @@ use anyhow::{Context, bail};
 use tempfile::TempPath;
 
 use sonel::scenes::checkup::FIRST_LINE;
+use sonel::scenes::is_mesh;
 
 use crate::{inputs, interrupt, note};
 
@@ -138,9 +139,9 @@ fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Result
             input.display()
         );
     }
-    if let Some(ending) = USUAL_ENDINGS.into_iter().find(|ending| has_ending(target, ending))
-        && ending != kind.ending
-    {
+    let ending = target.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let is_known = USUAL_ENDINGS.contains(&&*ending) || is_mesh(&target.to_string_lossy());
+    if is_known && ending != kind.ending {
         bail!(
             "{} ends in .{ending}, but {} ends in .{}: choose such a name",
             target.display(),
@@ -203,11 +204,9 @@ pub fn make_folder(folder: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Endings that tell what a file is.
-const USUAL_ENDINGS: [&str; 17] = [
-    "sonelmap", "npz", "csv", "svg", "json", "md", "toml", "obj", "gltf", "glb", "stl", "ply", "dxf", "wav",
-    "html", "exr", "png",
-];
+/// Endings that tell what a file is, besides those of meshes.
+const USUAL_ENDINGS: [&str; 11] =
+    ["sonelmap", "npz", "csv", "svg", "json", "md", "toml", "wav", "html", "exr", "png"];
 
 /// Whether a file name has an ending, in whatever case.
 #[must_use]

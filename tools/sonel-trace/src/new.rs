@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use sonel::scenes::{Draft, DraftOptions, Purpose, SceneErrors, shell_word};
+use sonel::scenes::{Draft, DraftOptions, MESH_FORMATS, Purpose, SceneErrors, shell_word};
 use sonel_console::count::numbers;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::Progress;
@@ -21,8 +21,7 @@ use sonel_console::{Common, Outcome, input, spelled};
     after_long_help = "Examples:\n  sonel-trace new --shoebox 9,7,3 --purpose classroom -o classroom.toml\n  sonel-trace new hall.glb -o scene.toml"
 )]
 pub(crate) struct New {
-    /// The mesh: OBJ, glTF, STL, PLY or DXF; none with --shoebox.
-    #[arg(value_name = "MESH")]
+    #[arg(value_name = "MESH", help = format!("The mesh: {MESH_FORMATS}; none with --shoebox"))]
     mesh: Option<PathBuf>,
     /// Inner lengths of a rectangular room [m].
     ///

@@ -409,6 +409,7 @@ async function follow() {
     if (state.map && state.maps !== shown.maps) {
       shown.maps = state.maps;
       shown.steps = state.map.steps;
+      offer(state.map.parameters);
       const isOwn = same(wanted.sources, placesOf(shown.room));
       state.map.sources.forEach((at, index) => { shown.room.sources[index].at = at; });
       // A source that was moved since is traced next.
@@ -551,11 +552,16 @@ function listen() {
 
 // A quarter of the packets: an interval twice as wide as the listener's is still a fraction of a colour.
 const MAP_STEPS = 2;
+// Parameters in the order of the server's.
+function offer(symbols) {
+  const parameter = byId("shown"), chosen = parameter.value || "C80";
+  parameter.replaceChildren(...symbols.map((symbol) => make("option", symbol)));
+  parameter.value = chosen;
+}
+
 // A map of one parameter; all are asked for at once.
 function maps() {
   const parameter = byId("shown"), band = byId("band");
-  ["L", "G", "EDT", "T20", "T30", "C50", "C80", "D50", "Ts"].forEach((symbol) => parameter.append(make("option", symbol)));
-  parameter.value = "C80";
   ["mid", ...shown.room.bands.map(hertz)].forEach((text) => band.append(make("option", text)));
   // About 60 places: each takes as long as the first numbers of the listener.
   const [a, b] = view.box.getSize(new THREE.Vector3()).projectOnPlane(new THREE.Vector3(...shown.room.up)).toArray().map(Math.abs).sort((one, other) => other - one);

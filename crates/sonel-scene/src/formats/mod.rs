@@ -22,14 +22,16 @@ pub(crate) use collector::Collector;
 /// no link may lead out of.
 pub(crate) type Open<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
 
+/// The formats that are read, in words.
+pub const MESH_FORMATS: &str = "OBJ, glTF, STL, PLY or DXF";
+
 /// Formats of programs that can export one of ours.
 const FOREIGN: [&str; 11] = ["skp", "3dm", "rvt", "ifc", "blend", "fbx", "dae", "3ds", "dwg", "step", "stp"];
 
 /// Whether a file is a mesh by the ending of its name.
-pub(crate) fn is_mesh(path: &str) -> bool {
-    let ending = ending(path);
-    ["obj", "glb", "gltf", "ply", "stl", "dxf"].contains(&ending.as_str())
-        || FOREIGN.contains(&ending.as_str())
+#[must_use]
+pub fn is_mesh(path: &str) -> bool {
+    ["obj", "glb", "gltf", "ply", "stl", "dxf"].iter().chain(&FOREIGN).any(|known| *known == ending(path))
 }
 
 fn ending(path: &str) -> String {
@@ -52,7 +54,7 @@ pub(crate) fn read(path: &str, bytes: &[u8], open: Open<'_>) -> Result<Polygons,
     } else if ending == "stl" {
         stl::read(bytes)
     } else if FOREIGN.contains(&ending.as_str()) {
-        let message = format!(".{ending} files are not read: export glTF, OBJ, DXF, PLY or STL");
+        let message = format!(".{ending} files are not read: export {MESH_FORMATS}");
         Err(vec![LineProblem::new(0, message)])
     } else {
         obj::read(bytes)

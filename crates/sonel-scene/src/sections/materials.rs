@@ -208,8 +208,9 @@ fn read_as_measured(values: Vec<f64>, law: AbsorptionLaw, table: &Table<'_>, ban
     let Some(entry) = table.get(SAMPLE) else { return values };
     let Some(area) = entry.positive() else { return values };
     let of_wall = |(value, center): (&f64, &f64)| sample::without_end(*value, area, *center);
-    let walls = || values.iter().zip(bands.bands.nominal()).map(of_wall).collect();
-    (law.is_angular() && area <= LARGEST_SAMPLE).then(walls).flatten().unwrap_or_else(|| {
+    let walls: Option<Vec<f64>> = values.iter().zip(bands.bands.nominal()).map(of_wall).collect();
+    let is_sample = law == AbsorptionLaw::LocallyReacting && area <= LARGEST_SAMPLE;
+    walls.filter(|_| is_sample).unwrap_or_else(|| {
         entry.problem(&format!("no locally reacting sample of {area} m² (at most {LARGEST_SAMPLE} m²) has absorption {values:?}: give less, state absorption_law = \"locally-reacting\", or remove this key"));
         values
     })

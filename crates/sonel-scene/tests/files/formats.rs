@@ -326,7 +326,7 @@ fn mistakes_are_named_with_their_place() {
             b"ply\nformat binary_little_endian 1.0\nelement junk 9000000000000000\nend_header\n".to_vec(),
             "9000000000000000 rows of \"junk\" are announced",
         ),
-        ("j.skp", Vec::new(), "j.skp: .skp files are not read: export glTF, OBJ, DXF, PLY or STL"),
+        ("j.skp", Vec::new(), "j.skp: .skp files are not read: export OBJ, glTF, STL, PLY or DXF"),
         ("k.stl", b"solid\nendsolid\n".to_vec(), "k.stl: the mesh has no face; export polygons"),
     ];
     for (name, bytes, expected) in cases {

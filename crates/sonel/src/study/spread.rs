@@ -18,7 +18,7 @@ pub const PLANNED: [Parameter; 4] =
 #[must_use]
 pub fn unit(parameter: Parameter, value: f64) -> f64 {
     let own = parameter.just_noticeable(value);
-    if !matches!(parameter, Parameter::ClarityC50 | Parameter::ClarityC80) {
+    if !parameter.is_clarity() {
         return own;
     }
     let ratio = libm::pow(10.0, -0.1 * value.abs());

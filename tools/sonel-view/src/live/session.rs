@@ -216,6 +216,7 @@ impl Session {
             });
             let materials: serde_json::Map<String, Value> = materials.collect();
             json!({ "packets": header.settings.emissions, "steps": map.refinement_steps(), "materials": materials,
+                    "parameters": Parameter::ALL.map(|parameter| parameter.heading().0),
                     "sources": header.scene.sources.iter().map(|source| source.position.to_array()).collect::<Vec<_>>() })
         });
         Ok(Answer::Json(json!({
