@@ -1,7 +1,5 @@
-"""CPU time to an accuracy of level and T30 by sonel and by two unbiased programs, acoustic_spaces and misuka, in the same rooms.
-
-    python -m pip install -r tests/benches/peers-requirements.txt ./python    # or the environment of `cargo xtask bench peers`
-    python tests/benches/unbiased.py [SEEDS]
+"""CPU time to an accuracy of level and T30 by sonel and by two unbiased programs, acoustic_spaces and misuka, in the same rooms:
+`cargo xtask bench unbiased [SEEDS]`.
 
 All have the coefficients at 1 kHz, specular and Lambert's reflections, no attenuation by air, no diffraction. Level and T30 are read from
 energies in steps of 1 ms by the same lines. The cost is seconds of a run × (standard deviation / target)².

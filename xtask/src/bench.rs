@@ -16,16 +16,19 @@ const RAYS: [&str; 2] = ["rays", "target/rays"];
 /// The benchmark of impulse responses against pyroomacoustics; a number of rooms may follow.
 const PEERS: &str = "peers";
 
+/// The benchmark of time to accuracy against programs without bias; a number of seeds may follow. One of them is free for noncommercial use
+/// alone, so it runs only when it is asked for.
+const UNBIASED: &str = "unbiased";
+
 /// The benchmark of commands; folders of other builds may follow.
 const COMMANDS: &str = "commands";
 
 /// Runs all benchmarks, that of rays, of impulse responses or of commands alone, or only `parts` of that of speed.
 pub(crate) fn run(parts: &[String]) -> Result<()> {
-    if let Some((PEERS, rooms)) = parts.split_first().map(|(first, rest)| (first.as_str(), rest)) {
-        return compare_with_peers(rooms);
-    }
-    if let Some((COMMANDS, others)) = parts.split_first().map(|(first, rest)| (first.as_str(), rest)) {
-        return commands::compare(others);
+    match parts.split_first().map(|(first, rest)| (first.as_str(), rest)) {
+        Some((name @ (PEERS | UNBIASED), numbers)) => return compare_with(name, numbers),
+        Some((COMMANDS, others)) => return commands::compare(others),
+        _ => {}
     }
     let mut command = workspace::cargo(&["bench", "--package", "sonel-tests"]);
     let rays_alone = parts == [RAYS[0]];
@@ -43,7 +46,7 @@ pub(crate) fn run(parts: &[String]) -> Result<()> {
         return Ok(());
     }
     commands::compare(&[])?;
-    compare_with_peers(&[])
+    compare_with(PEERS, &[])
 }
 
 /// Casts the same rays with Embree and prints both rates.
@@ -52,9 +55,10 @@ fn compare_with_embree() -> Result<()> {
     python::shown(Command::new(programs.join("python")).args(["tests/benches/embree.py", RAYS[1]]))
 }
 
-/// Makes impulse responses of the same rooms with the Python package and with pyroomacoustics; prints CPU time and T30.
-fn compare_with_peers(rooms: &[String]) -> Result<()> {
-    let python = python::environment("target/peers", "tests/benches/peers-requirements.txt")?.join("python");
+/// Has the Python package and other programs compute the same rooms, by the script of that name; prints what they cost.
+fn compare_with(name: &str, numbers: &[String]) -> Result<()> {
+    let requirements = format!("tests/benches/{name}-requirements.txt");
+    let python = python::environment(&format!("target/{name}"), &requirements)?.join("python");
     python_package::install_wheel(&python)?;
-    python::shown(Command::new(python).arg("tests/benches/peers.py").args(rooms))
+    python::shown(Command::new(python).arg(format!("tests/benches/{name}.py")).args(numbers))
 }

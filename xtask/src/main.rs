@@ -37,7 +37,7 @@ enum Chore {
     },
     /// Measure speed: rays, segments, connections, bytes
     Bench {
-        /// `rays` alone, `peers` (and a number of rooms) alone, `commands` (and folders of programs of other builds) alone, or parts of the speed benchmark: shoebox, seed-room, hall, what-if, edges
+        /// `rays` alone, `peers` (and a number of rooms) alone, `unbiased` (and a number of seeds) alone, `commands` (and folders of programs of other builds) alone, or parts of the speed benchmark: shoebox, seed-room, hall, what-if, edges
         parts: Vec<String>,
     },
     /// Check everything a change has to pass: format, tidy, lints, tests, Python, workflow
