@@ -3,13 +3,14 @@
 //! Nothing at a receiver depends on the others, so joining is putting side by side. A part states in its provenance which it is
 //! (`"shard": [I, N]`); everything else that it states must be stated by all.
 
+use std::convert::Infallible;
 use std::mem::take;
 
 use serde_json::{Value, json};
 use thiserror::Error;
 
 use crate::provenance::SourceRendering;
-use crate::{Arrivals, Batches, Directions, Lateral, Provenance, ReceiverDirectivity, Response};
+use crate::{Arrivals, Directions, Provenance, ReceiverDirectivity, Response};
 
 /// Why responses cannot be joined. They are named as the caller names them.
 #[derive(Debug, Error)]
@@ -85,7 +86,8 @@ pub fn join(parts: Vec<(String, Response)>) -> Result<Response, Vec<JoinError>> 
     if !problems.is_empty() {
         return Err(problems);
     }
-    let mut whole = side_by_side(parts);
+    let receivers = parts.iter().map(Response::receivers).sum();
+    let Ok(mut whole) = side_by_side(receivers, parts.into_iter().map(Ok::<_, Infallible>));
     whole.provenance.shard = None;
     Ok(whole)
 }
@@ -131,115 +133,98 @@ fn shared(part: &Response) -> serde_json::Map<String, Value> {
     facts
 }
 
-/// The response of `parts`, of one rendering each with some of its receivers, in their order.
+/// The response of `receivers` receivers from `parts`, of one rendering each with some of them, in their order. Each part is dropped before the
+/// next is made: hardly more than the whole is in memory.
+///
+/// # Errors
+/// That of a part.
 ///
 /// # Panics
 /// Without any part.
-#[must_use]
-pub fn side_by_side(mut parts: Vec<Response>) -> Response {
-    if parts.len() == 1 {
-        return parts.remove(0);
-    }
-    let sources = parts[0].sources();
-    let arrivals = arrivals(&parts, sources);
-    let receiver_directivities = directivities(&parts);
-    let directions = directions(&mut parts, sources);
-    let batches = batches(&mut parts, sources);
-    let direct_times_s = interleaved(sources, taken(&mut parts, |part| &mut part.direct_times_s));
-    let energy = interleaved(sources, taken(&mut parts, |part| &mut part.energy));
-    let mut whole = parts.remove(0);
+pub fn side_by_side<E>(
+    receivers: usize,
+    parts: impl IntoIterator<Item = Result<Response, E>>,
+) -> Result<Response, E> {
+    let (mut found, mut listed, mut from) = (None, Vec::new(), 0);
     for part in parts {
-        whole.receiver_names.extend(part.receiver_names);
-        whole.receiver_positions.extend(part.receiver_positions);
-        whole.provenance.nearest_surfaces.extend(part.provenance.nearest_surfaces);
-        for (source, part) in whole.provenance.sources.iter_mut().zip(part.provenance.sources) {
+        let mut part: Response = part?;
+        let place = [from, part.receivers(), receivers];
+        let doubles: Vec<Vec<f64>> = part.doubles().into_iter().map(|(_, values)| take(values)).collect();
+        let singles: Vec<Vec<f32>> = part.singles().into_iter().map(|(_, values)| take(values)).collect();
+        listed.push((from as u32, part.bands(), take(&mut part.arrivals)));
+        from += part.receivers();
+        let whole = match &mut found {
+            Some(whole) => Response::append(whole, part),
+            None => found.insert(part),
+        };
+        whole.doubles().into_iter().zip(doubles).for_each(|(of, part)| put(of, &part, place));
+        whole.singles().into_iter().zip(singles).for_each(|(of, part)| put(of, &part, place));
+    }
+    let whole: Response = found.expect("a response has receivers");
+    Ok(Response { arrivals: arrivals(&listed, whole.sources()), ..whole })
+}
+
+/// Puts `part`, an array of [outer, `count` receivers, …], into `whole`, one of [outer, `all` receivers, …], behind its first `from` receivers.
+/// Parts that leave an array out have zeros there.
+fn put<T: Copy + Default>((outer, whole): (usize, &mut Vec<T>), part: &[T], [from, count, all]: [usize; 3]) {
+    let each = part.len() / (outer * count).max(1);
+    if each == 0 {
+        return;
+    }
+    if whole.is_empty() {
+        *whole = vec![T::default(); outer * all * each];
+    }
+    for (of_outer, part) in whole.chunks_exact_mut(all * each).zip(part.chunks_exact(count * each)) {
+        of_outer[from * each..][..count * each].copy_from_slice(part);
+    }
+}
+
+impl Response {
+    /// Arrays of [outer, receivers, …] in double precision, and how long the outer axis is.
+    fn doubles(&mut self) -> Vec<(usize, &mut Vec<f64>)> {
+        let mut arrays = vec![&mut self.energy, &mut self.direct_times_s];
+        arrays.extend(self.batches.as_mut().map(|batches| &mut batches.time_edges_s));
+        if let Some(Directions { lateral: [squares, cosines], moment, .. }) = &mut self.directions {
+            arrays.extend([&mut squares.energy, &mut cosines.energy, moment]);
+        }
+        let sources = self.source_names.len();
+        arrays.into_iter().map(|array| (sources, array)).collect()
+    }
+
+    /// The same in single precision: those of batches.
+    fn singles(&mut self) -> Vec<(usize, &mut Vec<f32>)> {
+        let outer = self.batch_count() * self.sources();
+        let of_batches = self.batches.as_mut().map(|of| [&mut of.energy, &mut of.kernel_difference]);
+        let lateral = self.directions.iter_mut().flat_map(|directions| &mut directions.lateral);
+        let lateral = lateral.flat_map(|of| [&mut of.energy_batches, &mut of.kernel_difference]);
+        of_batches.into_iter().flatten().chain(lateral).map(|array| (outer, array)).collect()
+    }
+
+    /// Appends what `part` says of its receivers one by one.
+    fn append(&mut self, mut part: Self) -> &mut Self {
+        if !(self.receiver_directivities.is_empty() && part.receiver_directivities.is_empty()) {
+            self.receiver_directivities.resize(self.receivers(), ReceiverDirectivity::omni());
+            part.receiver_directivities.resize(part.receivers(), ReceiverDirectivity::omni());
+        }
+        self.receiver_directivities.extend(part.receiver_directivities);
+        self.receiver_names.extend(part.receiver_names);
+        self.receiver_positions.extend(part.receiver_positions);
+        if let Some((whole, part)) = self.directions.as_mut().zip(part.directions) {
+            whole.lateral_axes.extend(part.lateral_axes);
+        }
+        self.provenance.nearest_surfaces.extend(part.provenance.nearest_surfaces);
+        for (source, part) in self.provenance.sources.iter_mut().zip(part.provenance.sources) {
             source.append(part);
         }
+        self
     }
-    Response { receiver_directivities, energy, direct_times_s, batches, arrivals, directions, ..whole }
-}
-
-/// An array of every part, taken out of it: what is side by side already is in memory once.
-fn taken<P, T>(parts: &mut [P], array: impl Fn(&mut P) -> &mut Vec<T>) -> Vec<Vec<T>> {
-    parts.iter_mut().map(|part| take(array(part))).collect()
-}
-
-/// Directivities of all receivers, where any part has some.
-fn directivities(parts: &[Response]) -> Vec<ReceiverDirectivity> {
-    if parts.iter().all(|part| part.receiver_directivities.is_empty()) {
-        return Vec::new();
-    }
-    let of = |part: &Response| match &part.receiver_directivities[..] {
-        [] => vec![ReceiverDirectivity::omni(); part.receivers()],
-        found => found.to_vec(),
-    };
-    parts.iter().flat_map(of).collect()
-}
-
-/// Arrays of [outer, receivers of the part, …] as one of [outer, all receivers, …].
-fn interleaved<T: Copy>(outer: usize, parts: Vec<Vec<T>>) -> Vec<T> {
-    let mut values = Vec::with_capacity(parts.iter().map(Vec::len).sum());
-    for index in 0..outer {
-        for part in &parts {
-            let length = part.len() / outer;
-            values.extend(&part[index * length..(index + 1) * length]);
-        }
-    }
-    values
-}
-
-fn batches(parts: &mut [Response], sources: usize) -> Option<Batches> {
-    let mut found: Vec<&mut Batches> = parts.iter_mut().filter_map(|part| part.batches.as_mut()).collect();
-    let (weight, bins) = found.first().map(|first| (first.weight.clone(), first.bins))?;
-    let outer = weight.len() * sources;
-    let differences = found.iter_mut().map(|of| (of.energy.len(), take(&mut of.kernel_difference)));
-    Some(Batches {
-        kernel_difference: kernel_differences(outer, differences.collect()),
-        energy: interleaved(outer, taken(&mut found, |batches| &mut batches.energy)),
-        time_edges_s: interleaved(sources, taken(&mut found, |batches| &mut batches.time_edges_s)),
-        weight,
-        bins,
-    })
-}
-
-/// Parts in which kernels change nothing, of so many values, leave the array out.
-fn kernel_differences(outer: usize, parts: Vec<(usize, Vec<f32>)>) -> Vec<f32> {
-    if parts.iter().all(|(_, found)| found.is_empty()) {
-        return Vec::new();
-    }
-    let of = |(count, found): (usize, Vec<f32>)| if found.is_empty() { vec![0.0; count] } else { found };
-    interleaved(outer, parts.into_iter().map(of).collect())
-}
-
-/// Directional echograms of all parts. Parts of one run have the same options, so either all have them or none.
-fn directions(parts: &mut [Response], sources: usize) -> Option<Directions> {
-    let outer = parts[0].batch_count() * sources;
-    let mut found: Vec<&mut Directions> =
-        parts.iter_mut().filter_map(|part| part.directions.as_mut()).collect();
-    let mut lateral = |which: usize| {
-        let mut of: Vec<&mut Lateral> = found.iter_mut().map(|found| &mut found.lateral[which]).collect();
-        let differences = of.iter_mut().map(|of| (of.energy_batches.len(), take(&mut of.kernel_difference)));
-        Lateral {
-            kernel_difference: kernel_differences(outer, differences.collect()),
-            energy_batches: interleaved(outer, taken(&mut of, |of| &mut of.energy_batches)),
-            energy: interleaved(sources, taken(&mut of, |of| &mut of.energy)),
-        }
-    };
-    let lateral = [lateral(0), lateral(1)];
-    (!found.is_empty()).then(|| Directions {
-        lateral,
-        lateral_axes: taken(&mut found, |found| &mut found.lateral_axes).concat(),
-        moment: interleaved(sources, taken(&mut found, |found| &mut found.moment)),
-    })
 }
 
 /// By source, then receiver.
-fn arrivals(parts: &[Response], sources: usize) -> Arrivals {
+fn arrivals(parts: &[(u32, usize, Arrivals)], sources: usize) -> Arrivals {
     let mut all = Arrivals::default();
     for source in 0..sources as u32 {
-        let mut first_receiver = 0;
-        for part in parts {
-            let (from, bands) = (&part.arrivals, part.bands());
+        for &(first_receiver, bands, ref from) in parts {
             for a in (0..from.source.len()).filter(|&a| from.source[a] == source) {
                 all.source.push(source);
                 all.receiver.push(first_receiver + from.receiver[a]);
@@ -249,7 +234,6 @@ fn arrivals(parts: &[Response], sources: usize) -> Arrivals {
                 all.order.push(from.order[a]);
                 all.kind.push(from.kind[a]);
             }
-            first_receiver += part.receivers() as u32;
         }
     }
     all

@@ -140,12 +140,12 @@ impl<'a> Job<'a> {
         let mut found = (false, seconds);
         renderer.check_receivers(receivers)?;
         let parts = receivers.chunks(PART).enumerate();
-        let parts = parts.map(|(part, some)| {
+        let parts = parts.map(|(part, some)| -> Result<Response> {
             let renderings = self.renderings(&renderer, settings, (part, some), &mut found)?;
             let response = response::assemble(map, &renderer, some, &renderings);
             Ok(Response { provenance: provenance(map, &renderer, settings, (some, &renderings)), ..response })
         });
-        let response = side_by_side(parts.collect::<Result<_>>()?);
+        let response = side_by_side(receivers.len(), parts)?;
         self.at_label(map.require_unchanged())?;
         watch.progress(STEP, 1.0)?;
         let (casts_rays, seconds) = found;

@@ -28,7 +28,7 @@ pub(crate) struct RenderLoad {
 impl RenderLoad {
     /// Own memory [bytes]: echograms of the batches of a sweep and, of a part of the receivers, of all sources, of packets and of mirrored rays
     /// apart, the coarse ones of all batches with their kernels, and the discs of the batches that are rendered at once; the response of all
-    /// receivers, and its longest array once more while parts are put side by side.
+    /// receivers, and of a part once more, which is put beside the others.
     #[must_use]
     pub(crate) fn memory(&self, effort: Effort, scene: &Scene, receivers: usize, bin: f64) -> f64 {
         let bands = scene.bands.count();
@@ -43,7 +43,7 @@ impl RenderLoad {
         let coarse = of_batches * lane_bytes * pairs_of_part;
         let (energy, estimates) =
             ((size_of::<f64>() * bands) as f64 * bins, (size_of::<f32>() * bands) as f64 * of_batches);
-        let response = pairs * (energy * (self.columns.fine as f64 + 1.0) + estimates);
+        let response = (pairs + pairs_of_part) * (energy * self.columns.fine as f64 + estimates);
         let discs = if self.casts_rays {
             let of_one = f64::from(effort.rays) / f64::from(effort.batches);
             let rays = of_one.max(f64::from(RAYS_IN_FLIGHT).min(of_one * part));
