@@ -133,6 +133,13 @@ try {
   await page.click("#paint");
   await page.waitForFunction(() => view.map.children.length > 3 && shown.map.batches === shown.steps[1], null, PATIENCE);
   check(await page.evaluate(() => view.map.children.at(-1).geometry.attributes.position.count >= 2), "lines of equal value are drawn");
+  const symbols = await page.locator("#shown option").allTextContents();
+  for (const symbol of symbols) {
+    await page.selectOption("#shown", symbol);
+    check((await page.locator("#mapped").textContent()).startsWith(`${symbol} [`), `the map of ${symbol} has its name`);
+  }
+  check(symbols.length >= 9, "all parameters have maps");
+  await page.selectOption("#shown", "C80");
   await page.screenshot({ path: `${folder}/wide.png`, fullPage: true });
 
   // Sound runs.
