@@ -134,7 +134,7 @@ fn shared(part: &Response) -> serde_json::Map<String, Value> {
 }
 
 /// The response of `receivers` receivers from `parts`, of one rendering each with some of them, in their order. Each part is dropped before the
-/// next is made: hardly more than the whole is in memory.
+/// next is taken: where parts are made one by one, hardly more than the whole is in memory.
 ///
 /// # Errors
 /// That of a part.

@@ -552,7 +552,7 @@ function listen() {
 
 // A quarter of the packets: an interval twice as wide as the listener's is still a fraction of a colour.
 const MAP_STEPS = 2;
-// Parameters in the order of the server's.
+// Parameters to choose from, in the order in which the server sends their maps.
 function offer(symbols) {
   const parameter = byId("shown"), chosen = parameter.value || "C80";
   parameter.replaceChildren(...symbols.map((symbol) => make("option", symbol)));
